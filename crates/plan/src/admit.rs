@@ -6,11 +6,12 @@ use crate::{FeedLimit, Move, PlannerConfig};
 use lostmotion_base::{AXES, AxisId, BlockRef, Coords};
 use lostmotion_kinematics::{JointMap, Kinematics};
 
-/// Largest distance, mm or rad, between the end of a move and the start of the next one; origin
-/// unknown, kept.
+/// Largest distance, mm or rad, between the end of a move and the start of the next one. A choice:
+/// far above the rounding of places up to 1 m (1e-13), far below any tolerance.
 const MAX_GAP: f64 = 1e-6;
-/// Intervals of a move at whose ends joints are looked for that move without having limits; origin
-/// unknown, kept.
+/// Intervals of a move at whose ends joints are looked for that move without having limits. A
+/// choice: a joint that moves shows a speed at one of nine places at least; more cost an inverse
+/// each.
 const LIMIT_POINTS: usize = 8;
 /// Speed of a joint per path parameter up to which it stands still: rounding of the inverse
 /// kinematics.

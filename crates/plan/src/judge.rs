@@ -12,7 +12,8 @@ use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
 
 /// Part of what soft ends save, on lines long enough to get fast, that counts against a blend. The
-/// speed at the corner is not known well enough to count all of it; origin unknown, kept.
+/// speed at the corner is not known well enough to count all of it. A choice: half way between
+/// counting none and all of it.
 const SOFT_SHARE: f64 = 0.5;
 
 /// Decides by time.

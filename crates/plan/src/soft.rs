@@ -13,8 +13,8 @@ const SPEED_HALVINGS: usize = 60;
 /// Part of a joint's jerk that the sum of both motions is planned to use, so that rounding cannot
 /// pass it.
 const JERK_PART: f64 = 1.0 - 1e-6;
-/// Least ratio of the time that an overlap saves to the time that its soft ends cost; origin
-/// unknown, kept.
+/// Least ratio of the time that an overlap saves to the time that its soft ends cost. A choice:
+/// both times are estimates.
 const LEAST_GAIN: f64 = 1.1;
 
 /// Limits of a straight motion: speed, acceleration and jerk of the path with which each joint

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 /// Distance beyond a limit that counts as rounding, mm or rad.
 const TRAVEL_ROUNDING: f64 = 1e-6;
-/// Intervals of a move at whose ends the joints are evaluated where the kinematics bends it; origin
-/// unknown, kept.
+/// Intervals of a move at whose ends the joints are evaluated where the kinematics bends it. A
+/// choice: more find shorter excursions beyond the travel and cost an inverse each.
 const TRAVEL_POINTS: usize = 64;
 
 /// Checks moves against the joints' travel without planning them: a pass over a whole program
@@ -153,7 +153,8 @@ fn joint_bounds(
 }
 
 /// Distances of a joint between two places, mm and rad, from which on it has to be shown that the
-/// joint does not jump; origin unknown, kept.
+/// joint does not jump. A choice: smaller looks closer at more places, larger may miss a jump to a
+/// near solution.
 const JUMP_SIZE: [f64; 2] = [20.0, 0.3];
 /// Halvings of a stretch to show that: to a billionth of a move.
 const JUMP_HALVINGS: u32 = 24;

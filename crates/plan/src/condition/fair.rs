@@ -14,21 +14,24 @@ use lostmotion_base::{AXES, Coords, math};
 /// Most rounds of weights. Record 38 of the decisions: 7 to 50 are needed.
 const MAX_ROUNDS: usize = 48;
 /// Part of its bound that an offset is aimed at where it is held back, so that rounds that end
-/// early stay within the bound. Origin unknown, kept.
+/// early stay within the bound. A choice: nearer to 1 uses more of the bound and passes it where
+/// rounds end early.
 const AIMED_PART: f64 = 0.9;
 /// Part of the offset aimed at up to which a vertex counts as settled: its bound.
 const SETTLED_ABOVE: f64 = 1.0 / AIMED_PART;
-/// Part of the offset aimed at from which on a vertex counts as settled. Origin unknown, kept.
+/// Part of the offset aimed at from which on a vertex counts as settled. A choice: higher takes
+/// more rounds, lower holds vertices harder than needed.
 const SETTLED_BELOW: f64 = 0.8;
 /// Weight below which a vertex counts as free, so that its offset may be as small as it likes; 1 is
 /// free.
 const NEARLY_FREE_WEIGHT: f64 = 1.1;
 /// Factor on the power with which a weight follows its offset, as long as that stays on one side of
-/// its aim. Origin unknown, kept.
+/// its aim. A choice: larger overshoots, smaller takes more rounds.
 const POWER_GROWTH: f64 = 1.5;
-/// The same factor where the offset has changed sides. Origin unknown, kept.
+/// The same factor where the offset has changed sides. A choice: smaller settles more surely and
+/// more slowly.
 const POWER_DECAY: f64 = 0.7;
-/// Bounds of that power. Origin unknown, kept.
+/// Bounds of that power. The upper one is tuned (8 before).
 const POWER_BOUNDS: [f64; 2] = [0.75, 3.0];
 /// Smallest part of an offset that a weight follows, so that no weight falls to nothing at once.
 const LEAST_PART: f64 = 1e-3;

@@ -11,7 +11,8 @@ use lostmotion_path::Curve;
 /// Sharpest corner that is blended, degrees; sharper ones are reversals, which no blend passes
 /// faster than a stop.
 const REVERSAL_DEG: f64 = 175.0;
-/// Most that a run turns at a vertex, degrees. Origin unknown, kept.
+/// Most that a run turns at a vertex, degrees. A choice: larger takes corners for curves, smaller
+/// stops or blends at coarse chords.
 const VERTEX_DEG: f64 = 30.0;
 /// Most that a run may leave its shorter chord at a vertex, in units of its length times the angle.
 /// A curve that passes each vertex in the direction of its longer chord leaves the shorter one, of

@@ -20,7 +20,8 @@ use lostmotion_base::Coords;
 use run::{RunChord, RunKnot};
 use std::sync::Arc;
 
-/// Number of chords with which a run is worked off. Origin unknown, kept.
+/// Number of chords with which a run is worked off. A choice: bounds memory; longer parts are
+/// faired more evenly.
 const RUN_CHORDS: usize = 96;
 /// Chords at its end that are held back then. A spline forgets by a factor of 3.7 per vertex, so
 /// that what follows cannot move what has been output.

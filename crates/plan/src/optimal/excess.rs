@@ -12,17 +12,20 @@ pub(super) const DIFFERENCE_POINTS: usize = 4;
 /// Part of a limit by which rounding of positions may pass it.
 const ROUNDING: f64 = 1e-7;
 /// Part of a limit that is taken away beyond the excess, so that the next solution does not end
-/// just beyond it again; origin unknown, kept.
+/// just beyond it again. Tuned (2e-4 before samples were judged from outside).
 const TIGHTEN_MARGIN: f64 = 5e-4;
 /// Half width of a dip of the pace in units of sqrt(v/j): so wide that the dip's own change of pace
-/// costs less jerk than the lower pace saves; origin unknown, kept.
+/// costs less jerk than the lower pace saves. A choice: narrower dips add jerk, wider ones lengthen
+/// the motion.
 const DIP_WIDTH: f64 = 3.5;
-/// Depth of a dip of beta for each part by which a limit is passed; origin unknown, kept.
+/// Depth of a dip of beta for each part by which a limit is passed. A choice: a tenth more than
+/// needed, so that few dips are needed.
 const DIP_DEPTH: f64 = 1.1;
-/// Deepest dip at once, as a part of beta; origin unknown, kept.
+/// Deepest dip at once, as a part of beta. A choice: a deeper one could pass limits by itself.
 const DEEPEST_DIP: f64 = 0.5;
 /// Coefficients next to a given state that no dip changes, and over how many more its depth grows
-/// to the whole; origin of both unknown, kept.
+/// to the whole. A choice: a given state fixes the first ones, and a steeper growth would cost
+/// jerk.
 const FIXED_COEFFICIENTS: usize = 4;
 const TAPER_COEFFICIENTS: f64 = 60.0;
 

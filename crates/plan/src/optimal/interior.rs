@@ -10,13 +10,14 @@ use super::banded::Banded;
 use super::problem::{Local, MIDDLE, Problem, follow, hold};
 use lostmotion_base::vec::dot;
 
-/// Part of the way to the nearest limit that a step may go (fraction to the boundary). Origin
-/// unknown, kept.
+/// Part of the way to the nearest limit that a step may go (fraction to the boundary). A choice:
+/// nearer to 1 slacks fall to nothing at once, farther takes more steps.
 const TO_BOUNDARY: f64 = 0.99;
-/// Bounds of the factor by which a step lowers the barrier. Origin unknown, kept.
+/// Bounds of the factor by which a step lowers the barrier. A choice: a lower factor falls faster
+/// and risks short steps.
 const CENTERING: [f64; 2] = [0.08, 0.6];
-/// Least slack, as a part of its limit, of a limit that the start does not keep. Origin unknown,
-/// kept.
+/// Least slack, as a part of its limit, of a limit that the start does not keep. A choice: smaller
+/// starts near the boundary, where steps are short, larger farther from the true slack.
 const LEAST_SLACK: f64 = 0.03;
 
 /// When to stop.

@@ -26,14 +26,17 @@ use crate::{PlannerConfig, Sample};
 use lostmotion_base::{AXES, AxisLimits, Clock, Tick};
 use std::collections::VecDeque;
 
-/// Steps of nominal time in a period of the samples. Origin unknown, kept.
+/// Steps of nominal time in a period of the samples. A choice: more follow the jerk within a sample
+/// better and cost time in proportion.
 const STEPS_IN_PERIOD: u64 = 2;
-/// Square of the pace at which a window ends that is not the last. Origin unknown, kept.
+/// Square of the pace at which a window ends that is not the last. A choice: half of the nominal
+/// pace, at which velocity, acceleration and jerk take 1/2, 1/4 and 1/8.
 const TAIL_BETA: f64 = 0.25;
-/// Part of the nominal limits that is used at that pace, so that some room is left. Origin unknown,
-/// kept.
+/// Part of the nominal limits that is used at that pace, so that some room is left. A choice: less
+/// slows the windows' ends, more leaves no room.
 const TAIL_ROOM: f64 = 0.9;
-/// Length of a window in margins held back. Origin unknown, kept.
+/// Length of a window in margins held back. A choice: three quarters of each window are output;
+/// longer windows cost memory, shorter ones plan more twice.
 const WINDOW_MARGINS: usize = 4;
 
 /// The pace at which windows end, and a little more.

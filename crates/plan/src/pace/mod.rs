@@ -24,13 +24,13 @@ use lostmotion_base::{Clock, Coords, Tick};
 use ramp::Ramp;
 use retimed::{MOST_PACE, Retimed, SEAM_EXCESS};
 
-/// Longest step of the plan, ns. Origin unknown, kept.
+/// Longest step of the plan, ns. A choice: half of the usual command cycle; shorter costs time.
 const LONGEST_STEP_NS: u64 = 500_000;
-/// Command cycles from the first attempt to get nearer to the pace asked for to the second. Origin
-/// unknown, kept.
+/// Command cycles from the first attempt to get nearer to the pace asked for to the second. A
+/// choice: 2 ms at the usual cycle; attempts cost time, waiting costs pace.
 const FIRST_DELAY: u32 = 2;
-/// Command cycles between two attempts, at most: each waits twice as long as the one before. Origin
-/// unknown, kept.
+/// Command cycles between two attempts, at most: each waits twice as long as the one before. A
+/// choice: 64 ms at the usual cycle.
 const LONGEST_DELAY: u32 = 64;
 /// Command cycles over which third differences of the samples reach.
 const DIFFERENCE_REACH: i64 = 3;

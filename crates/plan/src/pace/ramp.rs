@@ -9,13 +9,14 @@
 use super::course::{Course, CoursePlace, PaceState};
 use lostmotion_base::root::Bracket;
 
-/// Real time from one choice of r to the next, s. Origin unknown, kept.
+/// Real time from one choice of r to the next, s. A choice: a quarter of the usual command cycle;
+/// shorter follows the limits closer and costs time.
 const STEP_S: f64 = 2.5e-4;
 /// The pace may change by 1 in no less than about twice this time, s: where joints rest, nothing
 /// else would bound it.
 const SWIFTEST_PACE_S: f64 = 4e-3;
 /// Part of the limits of acceleration and jerk that is used, since they are evaluated in the middle
-/// of each step. Origin unknown, kept.
+/// of each step. A choice: nearer to 1 limits are passed within a step, farther ramps take longer.
 const PLANNED_PART: f64 = 0.998;
 /// Halvings of the step in which a ramp turns round: to 1e-9 of it.
 const TURN_HALVINGS: usize = 30;

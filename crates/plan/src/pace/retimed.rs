@@ -12,16 +12,18 @@ use crate::{Heeds, PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
 use std::collections::VecDeque;
 
-/// Part of a limit by which the first window may pass it. Origin unknown, kept.
+/// Part of a limit by which the first window may pass it. A choice: half of the excess that makes
+/// another round (`ROUND_EXCESS`).
 pub(super) const SEAM_EXCESS: f64 = 4e-4;
-/// Intervals that may go on at a steady pace as before, although they are at their limits. Origin
-/// unknown, kept.
+/// Intervals that may go on at a steady pace as before, although they are at their limits. A
+/// choice: as many as are eased again in a window (`EASED_AGAIN`).
 const EASED_STEADY: usize = 60;
-/// The same for a pace that changes. Origin unknown, kept.
+/// The same for a pace that changes. A choice: about the reach of the given coefficients.
 const EASED_CHANGING: usize = 3;
-/// Largest pace, however slow the plan is. Origin unknown, kept.
+/// Largest pace, however slow the plan is. A choice: twice the largest override (200 %).
 pub(super) const MOST_PACE: f64 = 4.0;
-/// Part by which the start may be above the pace asked for. Origin unknown, kept.
+/// Part by which the start may be above the pace asked for. A choice: above rounding of the pace,
+/// hardly seen in the feed.
 const START_MARGIN: f64 = 1e-3;
 
 /// The way on, as far as it is settled.

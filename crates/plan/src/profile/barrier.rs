@@ -8,15 +8,17 @@
 use super::spline::Grid;
 use lostmotion_base::linalg::solve_banded;
 
-/// Factor by which the complementarity is to fall in a step. Origin unknown, kept.
+/// Factor by which the complementarity is to fall in a step. A choice: a faster fall leaves the
+/// central path, a slower one takes more steps.
 const CENTERING: f64 = 0.25;
-/// Part of the way to the nearest bound that a step may go (fraction to the boundary). Origin
-/// unknown, kept.
+/// Part of the way to the nearest bound that a step may go (fraction to the boundary). A choice:
+/// nearer to 1 slacks fall to nothing at once, farther takes more steps.
 const TO_BOUNDARY: f64 = 0.95;
-/// Halvings of a step that leads to no speed in some interval, before the method gives up. Origin
-/// unknown, kept.
+/// Halvings of a step that leads to no speed in some interval, before the method gives up. A
+/// choice: the last is 1/128 of the step, which hardly moves anything.
 const STEP_HALVINGS: usize = 8;
-/// Least slack at the start, as a part of the bound. Origin unknown, kept.
+/// Least slack at the start, as a part of the bound. A choice: smaller starts near the boundary,
+/// where steps are short.
 const LEAST_SLACK: f64 = 0.01;
 /// Excess of a bound, as a part of it, at which the solution is good enough: the goals leave more
 /// than that.

@@ -105,7 +105,7 @@ impl Cell {
 }
 
 /// Boundaries that are nearer to each other than this part of a reach become one; the cell then
-/// takes in the demands of both sides. Origin unknown, kept.
+/// takes in the demands of both sides. A choice: larger has fewer cells and more demand in each.
 const MERGED_REACH: f64 = 0.02;
 
 /// What demands hold where.

@@ -10,8 +10,8 @@ use super::spline::Grid;
 use super::{Node, Section, TimeLaw};
 use crate::motion::{Knot, PathState, state_at, states};
 
-/// Intervals in the longest time over which a joint builds up its acceleration. Origin unknown,
-/// kept.
+/// Intervals in the longest time over which a joint builds up its acceleration. A choice: more
+/// follow the limits closer and cost time in proportion.
 const WINDOW_INTERVALS: f64 = 8.0;
 /// Part of the time that a faster motion has to promise. Record 35 of the decisions gives what it
 /// costs.
@@ -19,28 +19,34 @@ const LEAST_GAIN: f64 = 2e-3;
 /// Steps that a ramp on a straight line takes longer than without a jerk limit: 0.08 of eight at
 /// its start from rest, and a little at its end.
 const RAMP_STEPS: f64 = 1.0;
-/// A span of fewer intervals is left as it is. Origin unknown, kept.
+/// A span of fewer intervals is left as it is. A choice: one and a half of the longest window;
+/// shorter spans have little to gain.
 const LEAST_INTERVALS: usize = 12;
-/// Complementarity with which the interior-point method starts, as a part of an interval's time.
-/// Origin unknown, kept.
+/// Complementarity with which the interior-point method starts, as a part of an interval's time. A
+/// choice: larger forgets the start, smaller keeps to its bounds.
 const FIRST_COMPLEMENTARITY: f64 = 0.3;
-/// The same where it goes on from a solution that passed a limit. Origin unknown, kept.
+/// The same where it goes on from a solution that passed a limit. A choice: near a solution little
+/// is needed.
 const REPAIR_COMPLEMENTARITY: f64 = 0.02;
-/// The same at which it stops. Origin unknown, kept.
+/// The same at which it stops. A choice: the time for each bound that may still be gained.
 const LAST_COMPLEMENTARITY: f64 = 1e-4;
-/// Most steps of the interior-point method in one solution. Origin unknown, kept.
+/// Most steps of the interior-point method in one solution. A choice: six whole steps suffice at
+/// `CENTERING`; short ones take more.
 const MAX_STEPS: usize = 20;
-/// How often a span for which no faster motion was found is split. Origin unknown, kept.
+/// How often a span for which no faster motion was found is split. A choice: eight parts at most;
+/// each costs a solution.
 const MAX_SPLITS: usize = 3;
-/// Steps on either side of the place that was in the way which stay as they are. Origin unknown,
-/// kept.
+/// Steps on either side of the place that was in the way which stay as they are. A choice: a
+/// coefficient of the spline reaches over three intervals.
 const KEPT_STEPS: f64 = 2.0;
-/// How often goals are made stricter where limits are passed, before the base is kept. Origin
-/// unknown, kept.
+/// How often goals are made stricter where limits are passed, before the base is kept. A choice:
+/// each solves the span again.
 const MAX_REPAIRS: usize = 3;
-/// Factor on a goal beyond the excess of its limit. Origin unknown, kept.
+/// Factor on a goal beyond the excess of its limit. A choice: less needs further repairs, more
+/// costs time on the path.
 const GOAL_REPAIR: f64 = 0.997;
-/// Factor on the cap of the squared speed beyond the excess of the speed. Origin unknown, kept.
+/// Factor on the cap of the squared speed beyond the excess of the speed. A choice: less needs
+/// further repairs, more costs time on the path.
 const CAP_REPAIR: f64 = 0.999;
 
 /// The averaged profile, made faster.

@@ -8,12 +8,12 @@ use super::course::JointCourse;
 use super::spline::Grid;
 
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens
-/// between the places where they are imposed. Origin unknown, kept.
+/// between the places where they are imposed. A choice: higher needs repairs, lower is slower.
 const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Part of the speed limit that is planned for. Origin unknown, kept.
+/// Part of the speed limit that is planned for. A choice: higher needs repairs, lower is slower.
 const SPEED_PART: f64 = 0.9999;
-/// Intervals at either end that may use all of the speed limit, since the state given there may.
-/// Origin unknown, kept.
+/// Intervals at either end that may use all of the speed limit, since the state given there may. A
+/// choice: the given coefficients reach over two intervals, and one more leaves the limit.
 const END_INTERVALS: usize = 3;
 
 /// Limits at the ends of each interval.

@@ -3,16 +3,17 @@
 use crate::demand::Interval;
 use crate::motion::{Knot, PathState, states};
 
-/// Steps at an end at rest that are left as they are: b(s) has no bounded derivatives there. Origin
-/// unknown, kept.
+/// Steps at an end at rest that are left as they are: b(s) has no bounded derivatives there. A
+/// choice: the steps of the longest window (`WINDOW_INTERVALS`).
 const REST_STEPS: usize = 8;
-/// Steps that are left as they are on either side of where the motion nearly stands still. Origin
-/// unknown, kept.
+/// Steps that are left as they are on either side of where the motion nearly stands still. A
+/// choice: enough that intervals beside them move forward.
 const SLOW_STEPS: usize = 2;
-/// Steps of a steady speed at the limit that belong to the free part beside it. Origin unknown,
-/// kept.
+/// Steps of a steady speed at the limit that belong to the free part beside it. A choice: the steps
+/// of the longest window, over which acceleration is built up.
 const STEADY_STEPS: usize = 8;
-/// Part of a cap from which on it counts as met. Origin unknown, kept.
+/// Part of a cap from which on it counts as met. A choice: what is missing is worth less than the
+/// least gain asked for.
 const CAP_MET: f64 = 0.9995;
 
 /// Part of a motion, in time.

@@ -2,7 +2,8 @@
 
 use crate::motion::{Knot, PathState};
 
-/// Most steps towards the time that an interval takes. Origin unknown, kept.
+/// Most steps towards the time that an interval takes. A choice: a few suffice; the bound ends
+/// intervals without a solution.
 const TIME_STEPS: usize = 12;
 /// Part of the time by which the last step may change it: near rounding.
 const TIME_TOLERANCE: f64 = 1e-13;
