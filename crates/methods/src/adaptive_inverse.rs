@@ -69,7 +69,7 @@ impl Settings for AdaptiveInverseSettings {
 }
 
 /// Time from a reversal on in which nothing is learned, ms: ramp and ringing of the shaft have to
-/// be over. Origin unknown, kept.
+/// be over. A choice: longer loses the start of each stroke, shorter learns from the ringing.
 const SETTLE_MS: f64 = 30.0;
 
 /// The method `adaptive-inverse`.

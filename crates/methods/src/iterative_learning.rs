@@ -77,7 +77,8 @@ impl Settings for IterativeLearningSettings {
 
 /// Length of a cell, s: the usual period of the commands.
 const CELL_S: f64 = 1e-3;
-/// Cells over which one correction is blended into the next: 4 ms. Origin unknown, kept.
+/// Cells over which one correction is blended into the next: 4 ms. A choice: shorter steps the
+/// loops' reference, longer smears one stroke's correction into the next.
 const BLEND_CELLS: f64 = 4.0;
 /// Largest correction, rad: a twentieth of a turn, 1 mm on a screw of 20 mm. A choice.
 const LARGEST_CORRECTION_RAD: f64 = TAU / 20.0;

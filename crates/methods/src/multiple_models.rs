@@ -81,7 +81,8 @@ const SIDES: [i8; 3] = [-1, 0, 1];
 /// Least probability of a model: one that reached zero could never come back. A choice.
 const LEAST_PROBABILITY: f64 = 1e-9;
 /// Standard deviation that the geometry of a flank has at least, rad: it keeps the probability of
-/// contact smooth when the filters are certain. Origin unknown, kept.
+/// contact smooth when the filters are certain. A choice: 3 nm on a screw of 20 mm, about a step of
+/// an encoder with 2^23 counts.
 const GEOMETRY_NOISE_RAD: f64 = 1e-6;
 
 /// The method `multiple-models`.

@@ -14,11 +14,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Part of the extrapolated acceleration from which on it counts as having passed through zero.
-/// Origin unknown, kept.
+/// Part of the extrapolated acceleration from which on it counts as having passed through zero. A
+/// choice: what passes through zero is there nearly in full, what ends leaves only a rest of lag.
 const PASSED_SHARE: f64 = 0.25;
-/// Part of a speed below which the speed that is left where the acceleration ends counts as rest.
-/// Origin unknown, kept.
+/// Part of a speed below which the speed that is left where the acceleration ends counts as rest. A
+/// choice: larger takes slow travel after a ramp for rest, smaller a ramp's rounded end for travel.
 const REST_SHARE: f64 = 0.05;
 
 /// What the accelerations did so far.

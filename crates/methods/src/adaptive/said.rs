@@ -68,14 +68,15 @@ impl Said {
 pub(super) const ENDLESS: f64 = 10.0;
 /// Lane of that gap while an onset is searched for.
 const ENDLESS_LANE: usize = 1;
-/// Samples that are kept after the onset: what follows tells of the shaft's ringing, not of the gap.
-/// Origin unknown, kept.
+/// Samples that are kept after the onset: what follows tells of the shaft's ringing, not of the
+/// gap. A choice: 1 ms; fewer cut the contact off, more let the ringing in.
 const SAMPLES_AFTER_ONSET: usize = 4;
 /// Allowance of the cumulative sum a sample: three times the squared innovation over its variance
-/// that is expected without contact. Origin unknown, kept.
+/// that is expected without contact. A choice: lower lets noise add up to an onset, higher misses
+/// soft contacts.
 const EXPECTED_SQUARE: f64 = 3.0;
-/// Part of a known half gap over which no contact is searched for, since the start of a traverse may
-/// look like one. Origin unknown, kept.
+/// Part of a known half gap over which no contact is searched for, since the start of a traverse
+/// may look like one. A choice: larger hides the contact of a gap that was believed too large.
 const BLIND_SHARE: f64 = 0.5;
 /// Innovations over their standard deviation that may be the first of a contact, from a soft one to
 /// a hard one: each gives a candidate for the half gap.

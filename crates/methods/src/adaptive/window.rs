@@ -13,11 +13,13 @@ use std::collections::VecDeque;
 
 /// Servo ticks kept singly from before a crossing: 50 ms, for the warm-up and some more.
 const TICKS_BEFORE: usize = 200;
-/// Servo ticks kept singly from the end of a crossing: 100 ms. Origin unknown, kept.
+/// Servo ticks kept singly from the end of a crossing: 100 ms. A choice: the contact has to lie in
+/// it; more cost memory and time of the reading.
 const TICKS_AT_END: usize = 400;
 /// Servo ticks by which the observed torque lags: 1/190 s, the time constant of its low pass.
 const OBSERVER_LAG_TICKS: usize = 21;
-/// Bound of the samples in between. Origin unknown, kept.
+/// Bound of the samples in between. A choice: bounds memory and work; at their longest they span 16
+/// s.
 const SAMPLES_BETWEEN: usize = 128;
 /// Bound of the servo ticks in a sample: 128 ms, which makes a window of 16 s. A longer crossing is
 /// not read.

@@ -50,23 +50,26 @@ use reading::ShaftReading;
 use serde::{Deserialize, Serialize};
 use window::ShaftWatch;
 
-/// Standard deviation of ln 1/J_L of an inertia that a method has learned. Origin unknown, kept.
+/// Standard deviation of ln 1/J_L of an inertia that a method has learned. A choice: tighter forces
+/// an error of the inertia on the stiffness, looser leaves both open.
 const LEARNED_INERTIA_DOUBT: f64 = 0.05;
-/// Largest standard deviations of stiffness and damping that are reported, parts of the value.
-/// Origin unknown, kept.
+/// Largest standard deviations of stiffness and damping that are reported, parts of the value. A
+/// choice: damping shows half as well as stiffness.
 const LARGEST_DOUBTS: [f64; 2] = [0.1, 0.2];
-/// Least standard deviation of a reading's damping ratio: errors of the model. Origin unknown, kept.
+/// Least standard deviation of a reading's damping ratio: errors of the model. A choice: a fifth of
+/// a per cent of critical damping.
 const LEAST_DAMPING_DOUBT: f64 = 2e-3;
 /// Standard deviation of the damping ratio, part of its value, from which on a reading says nothing
 /// of the damping: many vague readings that err alike must not make a sharp one.
 const VAGUE_DAMPING_DOUBT: f64 = 0.1;
-/// Servo ticks from a reading to the next one once the stiffness is known: 0.5 s. Origin unknown,
-/// kept.
+/// Servo ticks from a reading to the next one once the stiffness is known: 0.5 s. A choice:
+/// stiffness drifts far more slowly, and readings cost time.
 const PAUSE_TICKS: u32 = 2000;
 /// Readings that agree from which on an estimate is reported: decision 61 of the book.
 const READINGS_TO_REPORT: u32 = 2;
-/// Readings that agree from which on the stiffness is known well enough to narrow the search.
-/// Origin unknown, kept.
+/// Readings that agree from which on the stiffness is known well enough to narrow the search. A
+/// choice: one more than is needed to report, since a narrowed search finds no other valley any
+/// more.
 const READINGS_TO_KNOW: u32 = 3;
 
 /// Estimates of a shaft, with the standard deviation of each over its value; NaN where nothing is
