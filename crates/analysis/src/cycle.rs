@@ -21,11 +21,12 @@ pub struct Cycle {
 
 /// Turning points that are remembered. Derived: nine enclose four whole swings.
 const REMEMBERED_TURNS: usize = 9;
-/// Least size of a swing over the one before: below, it is ringing that dies away. Origin unknown,
-/// kept.
+/// Least size of a swing over the one before: below, it is ringing that dies away. A choice: nearer
+/// to 1 the scatter of a true cycle would pass for decay, lower a slow decay for a cycle.
 const MIN_SWING_RATIO: f64 = 0.9;
 /// Most time of the last two swings over that of the first two: above, a load bounces ever slower.
-/// Origin unknown, kept.
+/// A choice: nearer to 1 a cycle whose period scatters is missed, higher a bounce that slows little
+/// is taken for one.
 const MAX_SLOWING: f64 = 1.05;
 
 /// Watches a load while its reference stands still.
@@ -139,9 +140,11 @@ impl CycleDetector {
 
 // The limit cycle of the simulated axis, beside the one that is predicted.
 
-/// Length of the run, s. Origin unknown, kept.
+/// Length of the run, s. A choice: longer costs time; a cycle has to show enough turns after the
+/// push within it.
 const RUN_S: f64 = 4.0;
-/// Length of the push, s. Origin unknown, kept.
+/// Length of the push, s. A choice: a slower push lays the load softly on its flank and may start
+/// no cycle, a quicker one asks for more torque.
 const PUSH_S: f64 = 0.04;
 
 /// What an axis that has been checked does after a quick move of one and a half gaps: the limit

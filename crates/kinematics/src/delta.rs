@@ -25,7 +25,8 @@ const DEFAULT_TOWER_ANGLES_DEG: [f64; 3] = [210.0, 330.0, 90.0];
 const MIN_UPRIGHT_SHARE: f64 = 0.05;
 
 /// Smallest area of the parallelogram over two sides of the towers' triangle, as a part of
-/// `tower_radius_mm` squared; 2.6 where they stand at 120 degrees. Origin unknown, kept.
+/// `tower_radius_mm` squared; 2.6 where they stand at 120 degrees. A choice: the nearer to a line,
+/// the farther an error of the carriages' heights moves the platform beside it.
 const MIN_TOWER_AREA: f64 = 0.1;
 
 /// Describes a linear delta.

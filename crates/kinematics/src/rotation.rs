@@ -7,8 +7,9 @@ use lostmotion_base::vec::{Vec3, constant, cross, dot};
 /// in the last place of 1, the rounding of normalising a parsed direction.
 const AXIS_TOLERANCE: f64 = 1e-15;
 
-/// Cosine of the pitch below which the frame's X points straight up or down, where roll and yaw turn
-/// about one axis. Origin unknown, kept.
+/// Cosine of the pitch below which the frame's X points straight up or down, where roll and yaw
+/// turn about one axis. Derived: below it rounding (1e-16) leaves roll and yaw fewer than four
+/// digits.
 const UPRIGHT_COSINE: f64 = 1e-12;
 
 /// Turning about a fixed direction through zero, right-handed.

@@ -11,7 +11,8 @@ use lostmotion_base::units::rad;
 use serde::{Deserialize, Serialize};
 
 /// How far the tool's direction may leave the programmed one where a machine file does not say,
-/// degrees. Origin unknown, kept.
+/// degrees. A choice: larger lets the tool lean away on the way, smaller makes more steps and
+/// refuses more passages of a pole.
 const DEFAULT_ORIENTATION_TOLERANCE_DEG: f64 = 0.1;
 /// Largest orientation tolerance that is accepted, degrees: more is taken for a slip of the unit.
 const MAX_ORIENTATION_TOLERANCE_DEG: f64 = 10.0;

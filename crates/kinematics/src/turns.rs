@@ -11,7 +11,8 @@ use lostmotion_base::vec::{Vec3, constant, cross, dot, norm, scale, sub};
 /// How far the cosine of a direction may lie beyond 1 and still be rounding.
 const REACH_TOLERANCE: f64 = 1e-9;
 /// Square of the sine of the angle to an axis below which a direction counts as the axis itself:
-/// 1e-11 rad. Origin unknown, kept.
+/// 1e-11 rad. Derived: there rounding of the direction (1e-16) makes the angle uncertain by 1e-5
+/// rad.
 const POLE_SINE_SQUARED: f64 = 1e-22;
 
 /// Distance from 1 of the largest (or from -1 of the smallest) cosine that a pair of joints can give

@@ -101,8 +101,8 @@ static DWELL_MILLISECONDS: LintRule = rule(
 /// Shortest dwell that counts as a mistake, s. An hour: longer than a
 /// program waits on purpose.
 const ENDLESS_S: f64 = 3600.0;
-/// Shortest dwell in whole seconds that looks like milliseconds, s. Origin unknown,
-/// kept.
+/// Shortest dwell in whole seconds that looks like milliseconds, s. A choice: lower reports dwells
+/// that are meant in seconds, higher misses short ones in milliseconds.
 const MILLISECONDS_S: f64 = 100.0;
 
 pub(super) struct Dwell;

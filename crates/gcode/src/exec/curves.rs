@@ -10,7 +10,8 @@ use crate::state::{FeedMode, NurbsDraft};
 
 /// Order of a NURBS block where L does not say.
 const DEFAULT_NURBS_ORDER: u32 = 3;
-/// Highest order of a NURBS. Origin unknown, kept.
+/// Highest order of a NURBS. A choice: work and memory of a point grow with the order, whose
+/// default is 3.
 const HIGHEST_ORDER: f64 = 32.0;
 
 const fn plain(at: [f64; 2]) -> ControlPoint {

@@ -5,15 +5,17 @@ use super::envelope::envelope;
 use super::piece::{Piece, crossings, joints};
 use lostmotion_base::vec::{Vec2, along, cross2, distance2, dot, sub};
 
-/// Largest turn that counts as no corner, rad. Origin unknown, kept.
+/// Largest turn that counts as no corner, rad. A choice: about what rounding to three decimals
+/// turns a move of a millimetre by (7e-4).
 const SMOOTH_TURN_RAD: f64 = 1e-3;
 /// Rounded corners that would be shorter than this along the travel are left as points, where the
 /// moves prolonged meet: recorded at all directions and distances tried.
 const SHORT_ROUNDING: f64 = 0.01;
 /// Cosine of the largest turn at which that is done. Recorded: 60 degrees.
 const BLUNT_TURN_COS: f64 = 0.5;
-/// Largest distance of a touching joint from where the pieces meet, in parts of their length. Origin
-/// unknown, kept.
+/// Largest distance of a touching joint from where the pieces meet, in parts of their length. A
+/// choice: larger takes a far crossing of the same curves for the joint, smaller misses joints at
+/// flat angles.
 const JOINT_REACH: f64 = 0.1;
 
 /// How one piece goes on into the next.

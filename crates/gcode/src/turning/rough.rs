@@ -3,8 +3,8 @@
 use super::piece::{MonotonePart, Piece};
 use lostmotion_base::vec::{Vec2, distance2};
 
-/// Largest distance at which a level counts as reached, program units. Origin
-/// unknown, kept.
+/// Largest distance at which a level counts as reached, program units. Derived: far above the
+/// rounding of coordinates (1e-13 at 1000 units), far below any programmed digit.
 const REACHED: f64 = 1e-9;
 /// Most parts looked at in the search for the ends of levels: bounds the time of one cycle.
 const MOST_WORK: u64 = 200_000_000;

@@ -4,10 +4,11 @@ use super::{Chain, ChainJoint, Side};
 use lostmotion_base::vec::{along, dot, norm, sub};
 
 /// Largest component of a direction that leans against all three coordinate axes: 2.6 degrees off
-/// the nearest. Origin unknown, kept.
+/// the nearest. A choice: it names the family and changes no pose; nearer to 1 an axis off by its
+/// alignment would count as nutating.
 const MAX_LEANING_COMPONENT: f64 = 0.999;
-/// Square of the sine between two axes of a wrist below which they count as parallel. Origin
-/// unknown, kept.
+/// Square of the sine between two axes of a wrist below which they count as parallel. Derived: the
+/// rounding of 1 less a squared cosine (1e-16) is a ten-millionth of it.
 const PARALLEL_SINE_SQUARED: f64 = 1e-9;
 /// Distance within which the three axes of a wrist meet, mm: a micrometre, far below what moves the
 /// tool's tip visibly.

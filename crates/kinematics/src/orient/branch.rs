@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 const TRAVEL_TOLERANCE_RAD: f64 = 1e-9;
 /// Solutions nearer to each other than this are one, rad.
 const SAME_STATE_RAD: f64 = 1e-9;
-/// Most states kept per direction, those that turn least. Origin unknown, kept.
+/// Most states kept per direction, those that turn least. A choice: more cost time, fewer may give
+/// up a way that pays later.
 const MAX_STATES: usize = 24;
 
 /// Where the joints may be at one direction, and how they got there.

@@ -7,7 +7,8 @@ use lostmotion_base::units::deg;
 use lostmotion_base::vec::{add, cross, dot, scale, unit};
 
 /// Largest turn of the tool between two directions at which solutions are chosen, rad. Tuned on
-/// random paths of every family; origin of the value unknown, kept.
+/// random paths of every family; larger may step over a pole between two choices, smaller costs
+/// time.
 const CHOICE_STEP_RAD: f64 = 0.05;
 /// Places within a step at which the tool's direction is compared with the great circle.
 const CHECKS_PER_STEP: u32 = 16;

@@ -28,7 +28,8 @@ const ACCEPTED_MM: f64 = 1e-9;
 const MAX_NEWTON_STEPS: usize = 60;
 /// Damping at the start of a search, and its bounds, as parts of the trace of J J': Marquardt's
 /// rule multiplies it by 10 after a step that made the residual larger and by 0.1 after one that
-/// made it smaller. Origin of the values unknown, kept.
+/// made it smaller. A choice: more starts as steepest descent and takes more steps, less overshoots
+/// from a far start.
 const FIRST_DAMPING: f64 = 1e-6;
 /// Smallest damping: a Newton step to within rounding.
 const MIN_DAMPING: f64 = 1e-15;

@@ -14,11 +14,12 @@ const ROTARY_LENDER: &str = "trunnion5";
 
 /// How far a SCARA's elbow is bent at its homes, degrees: any angle clear of straight and folded.
 const ELBOW_DEG: f64 = 60.0;
-/// How far the joints of an arm stand from the middle of their travel at home, degrees or mm, by the
-/// order of its axes: unequal angles, at which no common arm is straight. Origin of the values
-/// unknown, kept.
+/// How far the joints of an arm stand from the middle of their travel at home, degrees or mm, by
+/// the order of its axes: unequal angles, at which no common arm is straight. A choice: primes,
+/// those of the first six axes all different.
 const ARM_HOME_OFFSETS: [f64; 9] = [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0];
-/// Part of its travel that a joint at home keeps from the ends. Origin unknown, kept.
+/// Part of its travel that a joint at home keeps from the ends. A choice: room for motion about
+/// home.
 const HOME_MARGIN: f64 = 0.05;
 
 /// A machine file out of a draft.

@@ -25,8 +25,8 @@ pub(crate) struct Read {
 
 /// Places nearer than this are the same, mm or rad: far above rounding, far below any step.
 const SAME_PLACE_UNITS: f64 = 1e-9;
-/// Moves with a direction that are looked at together when solutions are chosen. Origin
-/// unknown, kept.
+/// Moves with a direction that are looked at together when solutions are chosen. A choice: each
+/// choice sees half as many moves ahead at least; more cost memory and time.
 const ORIENTATION_HORIZON_MOVES: usize = 64;
 
 /// The coordinates that programs are in, and moves whose directions wait for those behind them.

@@ -10,7 +10,7 @@
 
 /// Servo ticks of a window: 0.5 s. A choice.
 const WINDOW_TICKS: usize = 2000;
-/// Turns that one change of flank or one reversal explains. Origin unknown, kept.
+/// Turns that one change of flank or one reversal explains. A choice: three periods of ringing.
 const TURNS_AN_EVENT: u32 = 6;
 /// Turns that no event explains, from which a window oscillates. Tuned on the matrix: fewer are
 /// found without any limit cycle.

@@ -10,8 +10,8 @@ use std::f64::consts::{PI, TAU};
 /// Largest turn that counts as no corner, rad. Published: LinuxCNC's documentation of cutter
 /// compensation.
 pub(crate) const SMOOTH_TURN_RAD: f64 = 0.05;
-/// Largest growth of an arc when its end is fixed, in parts of the tool's radius. Origin unknown,
-/// kept.
+/// Largest growth of an arc when its end is fixed, in parts of the tool's radius. A choice: more
+/// would cut further round than programmed, less would refuse ends that rounding has moved.
 const LARGEST_ARC_GROWTH: f64 = 0.01;
 
 /// A place in the plane.
