@@ -142,41 +142,24 @@ pub(crate) struct VelocityOutput<N: Number> {
     pub(crate) integral: N,
 }
 
-/// What a drive may have on top of the plain velocity loop.
+/// What a drive may have on top of the plain velocity loop: by default nothing, with
+/// back-calculation.
 pub(crate) trait VelocityOptions<N: Number> {
     /// The torque fed forward, with what the drive was told of friction added.
-    fn with_friction(&self, torque: N) -> N;
-
-    /// The current command through the drive's filters.
-    fn filter(&mut self, current: N) -> N;
-
-    /// The integral's step from the proportional part `push`, the part of the command that was cut
-    /// off (negative where a positive one was), and whether the error asks for more of the torque
-    /// that there is.
-    fn integral_step(
-        &self,
-        share: N,
-        push: N,
-        cut: N,
-        outward: N::Mask,
-        voltage_limited: N::Mask,
-    ) -> N;
-}
-
-/// None of them: a drive without filters and friction feed-forward, with back-calculation.
-pub(crate) struct PlainDrive;
-
-impl<N: Number> VelocityOptions<N> for PlainDrive {
     #[inline(always)]
     fn with_friction(&self, torque: N) -> N {
         torque
     }
 
+    /// The current command through the drive's filters.
     #[inline(always)]
     fn filter(&mut self, current: N) -> N {
         current
     }
 
+    /// The integral's step from the proportional part `push`, the part of the command that was cut
+    /// off (negative where a positive one was), and whether the error asks for more of the torque
+    /// that there is.
     #[inline(always)]
     fn integral_step(
         &self,
@@ -189,6 +172,11 @@ impl<N: Number> VelocityOptions<N> for PlainDrive {
         back_calculation(share, push, cut, outward, voltage_limited)
     }
 }
+
+/// A drive without filters and friction feed-forward.
+pub(crate) struct PlainDrive;
+
+impl<N: Number> VelocityOptions<N> for PlainDrive {}
 
 /// Those of one axis' drive.
 struct DriveOptions<'a> {
