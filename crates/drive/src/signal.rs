@@ -178,7 +178,9 @@ impl Correction {
     /// is not, for that tick.
     #[inline]
     pub fn is_usable(&self) -> bool {
-        self.outputs().iter().all(|output| output.abs() < UNUSABLE)
+        self.outputs()
+            .iter()
+            .all(|output| output.abs() < LARGEST_USABLE_OUTPUT)
     }
 
     /// The estimates without any output.
@@ -196,4 +198,4 @@ impl Correction {
 }
 
 /// An output beyond this (rad, rad/s, N m) has run away.
-const UNUSABLE: f64 = 1e9;
+const LARGEST_USABLE_OUTPUT: f64 = 1e9;

@@ -31,7 +31,7 @@ const SAME_STEP_S: f64 = 1e-7;
 /// more find sharper peaks and cost an evaluation each.
 const BOW_PLACES: u32 = 8;
 /// Sums of two motions that both keep a limit exactly may pass it by rounding.
-const ROUNDING: f64 = 1.0 + 1e-7;
+const ROUNDING_FACTOR: f64 = 1.0 + 1e-7;
 
 /// One of the two motions at a corner, seen from the corner: distance from it by time from rest.
 #[derive(Clone, Debug)]
@@ -186,7 +186,7 @@ pub(crate) fn usual_overlap_s(
     let jerks = machine
         .joints()
         .map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
-    if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING) {
+    if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING_FACTOR) {
         // Not while both have jerk.
         return if longest >= 2.0 * window_s {
             2.0 * window_s
@@ -195,7 +195,7 @@ pub(crate) fn usual_overlap_s(
         };
     }
     // One window from rest the jerk of a motion may change its sign.
-    if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING) {
+    if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING_FACTOR) {
         longest.min(window_s)
     } else {
         longest
@@ -277,7 +277,7 @@ fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &Sum, right: &Sum, 
     let bulge = |k: usize| jerk[k].abs() * step * step / 8.0;
     let fastest =
         left.before.v.max(right.before.v) + bulge(0) + left.after.v.max(right.after.v) + bulge(1);
-    let free = fastest <= before.feed.min(after.feed) * ROUNDING;
+    let free = fastest <= before.feed.min(after.feed) * ROUNDING_FACTOR;
     free && machine.joints().all(|(joint, [v, a, j])| {
         let (d, e) = (before.direction.0[joint], after.direction.0[joint]);
         // Velocities of both motions add up; accelerations too, where that of the one that slows
@@ -285,8 +285,8 @@ fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &Sum, right: &Sum, 
         let speed = |sum: &Sum| (sum.before.v * d + sum.after.v * e).abs();
         let acceleration = |sum: &Sum| (sum.after.a * e - sum.before.a * d).abs();
         let bulge = (jerk[0] * d + jerk[1] * e).abs() * step * step / 8.0;
-        speed(left).max(speed(right)) + bulge <= v * ROUNDING
-            && acceleration(left).max(acceleration(right)) <= a * ROUNDING
-            && (jerk[0] * d + jerk[1] * e).abs() <= j * ROUNDING
+        speed(left).max(speed(right)) + bulge <= v * ROUNDING_FACTOR
+            && acceleration(left).max(acceleration(right)) <= a * ROUNDING_FACTOR
+            && (jerk[0] * d + jerk[1] * e).abs() <= j * ROUNDING_FACTOR
     })
 }

@@ -7,7 +7,7 @@ use super::guard::{Event, Vanishing};
 use super::mode::{Contact, Friction, Mass, Side};
 use super::series::Series;
 use super::state::PlantState;
-use super::{MAX_EVENTS, PIECE, Plant};
+use super::{MAX_EVENTS, LARGEST_RATE_SPAN, Plant};
 use crate::config::ContactLaw;
 
 /// Parts of a period below which a span is not cut, settled or not, so that no input whatever can
@@ -50,7 +50,7 @@ impl Plant {
     pub(super) fn curved_step(&self, state: &mut PlantState, held: &Held) {
         let mut left = self.params.period_s;
         // a first length of the Taylor pieces from the fastest rate at this speed
-        let mut span = PIECE
+        let mut span = LARGEST_RATE_SPAN
             / self
                 .params
                 .rate_at(state.motor_velocity, state.load_velocity);
@@ -228,7 +228,7 @@ type Poly = [f64; COEFFICIENTS];
 const LAST: usize = COEFFICIENTS - 1;
 /// Halvings of [0, 1] in the search for the first of several roots; a shorter excursion counts as
 /// touching.
-const DEPTH: u32 = 40;
+const ROOT_HALVINGS: u32 = 40;
 
 /// The smallest tau in [0, 1] from which the polynomial (by powers) is negative; none if it is not.
 ///
@@ -250,7 +250,7 @@ pub(super) fn first_crossing(power: &Poly, zeros: usize) -> Option<f64> {
     if power[0] < 0.0 {
         return Some(0.0);
     }
-    search(&bernstein(&power), &power, 0.0, 1.0, DEPTH)
+    search(&bernstein(&power), &power, 0.0, 1.0, ROOT_HALVINGS)
 }
 
 fn bernstein(power: &Poly) -> Poly {

@@ -21,9 +21,9 @@ use crate::config::MAX_HARMONICS;
 
 /// Order before which no series counts as settled: what acts on the motor shows in the load four
 /// orders later.
-const FEWEST: usize = 6;
+const FEWEST_ORDERS: usize = 6;
 /// How small the last two coefficients have to be beside the largest.
-const SETTLED: f64 = 2e-16;
+const SETTLED_SHARE: f64 = 2e-16;
 
 /// States and torques over a span of time as series of tau = t/span.
 pub(super) struct Expansion<'a> {
@@ -108,7 +108,7 @@ impl<'a> Expansion<'a> {
             }
             // a settled series ends early; one that never settles tells the caller to take a
             // shorter span
-            if n >= FEWEST && all.has_come_down(n) {
+            if n >= FEWEST_ORDERS && all.has_come_down(n) {
                 all.settled = true;
                 break;
             }
@@ -251,7 +251,7 @@ impl<'a> Expansion<'a> {
             let largest = series[..=last]
                 .iter()
                 .fold(0.0, |most: f64, c| most.max(c.abs()));
-            series[last].abs().max(series[last - 1].abs()) <= SETTLED * largest
+            series[last].abs().max(series[last - 1].abs()) <= SETTLED_SHARE * largest
         })
     }
 

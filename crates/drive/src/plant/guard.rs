@@ -8,7 +8,7 @@ use super::params::PlantParams;
 use crate::config::ContactLaw;
 
 /// How near to its friction a torque counts as equal to it.
-const BORDER: f64 = 1e-9;
+const TORQUE_TIE: f64 = 1e-9;
 
 /// An event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -282,7 +282,7 @@ fn side_of(friction: Friction) -> Side {
 }
 
 fn at_border(need: f64, limit: f64) -> bool {
-    (need.abs() - limit).abs() <= BORDER * limit
+    (need.abs() - limit).abs() <= TORQUE_TIE * limit
 }
 
 /// A mass that breaks away just as the torque reaches its friction starts without acceleration;

@@ -45,7 +45,7 @@ use quiet::Margins;
 /// can hang a run.
 const MAX_EVENTS: u32 = 32;
 /// Taylor pieces are so short that `rate * span` stays below this.
-const PIECE: f64 = 0.5;
+const LARGEST_RATE_SPAN: f64 = 0.5;
 
 /// What acts on the plant over one period, held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,7 +75,9 @@ impl Plant {
     pub fn new(params: &PlantParams) -> Plant {
         // the search for events uses Taylor series, which need the period in pieces this short
         let mut pieces = 1;
-        while params.rate() * params.period_s / f64::from(pieces) > PIECE && pieces < 10_000 {
+        while params.rate() * params.period_s / f64::from(pieces) > LARGEST_RATE_SPAN
+            && pieces < 10_000
+        {
             pieces += 1;
         }
         // L di_d/dt = u_d - R i_d with u_d held: over a period h an exponential of R h/L

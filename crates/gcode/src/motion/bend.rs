@@ -11,7 +11,7 @@ const MOST_HALVINGS: u32 = 20;
 /// Intervals between the places at which a polynomial is compared with the curve. A choice: half of
 /// the tolerance is kept for the places between, and more checks cost time; property tests hold the
 /// tolerance between them.
-const CHECKS: u32 = 8;
+const CHECKS_PER_PIECE: u32 = 8;
 /// Largest relative deviation of a polynomial's speed from 1, at which its parameter still counts
 /// as arc length. A choice, record 19 of the decisions: larger lets the feed vary by as much,
 /// smaller makes more pieces.
@@ -185,8 +185,8 @@ fn fits(
     stretch: &Stretch,
     tolerance: f64,
 ) -> bool {
-    (0..=CHECKS).all(|check| {
-        let share = f64::from(check) / f64::from(CHECKS);
+    (0..=CHECKS_PER_PIECE).all(|check| {
+        let share = f64::from(check) / f64::from(CHECKS_PER_PIECE);
         let [place, slope] = stretch.at(share);
         let mut parameter = from + (to - from) * share;
         // Project the polynomial's place onto the curve.

@@ -5,7 +5,7 @@ use lostmotion_base::vec::{Vec2, distance2};
 
 /// Largest distance at which a level counts as reached, program units. Derived: far above the
 /// rounding of coordinates (1e-13 at 1000 units), far below any programmed digit.
-const REACHED: f64 = 1e-9;
+const LEVEL_SLACK: f64 = 1e-9;
 /// Most parts looked at in the search for the ends of levels: bounds the time of one cycle.
 const MOST_WORK: u64 = 200_000_000;
 
@@ -75,7 +75,7 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
         let mut from = piece.start;
         for (at, stretch) in stretches.iter().take(count).enumerate() {
             // Recorded: a place from which an arc falls at once does not end the first pocket.
-            if falling && distance2(stretch.from, stretch.to) < REACHED {
+            if falling && distance2(stretch.from, stretch.to) < LEVEL_SLACK {
                 continue;
             }
             falling = falling && !stretch.rises;
@@ -125,7 +125,7 @@ impl Rougher<'_> {
             from = stretch.to;
         }
         // Wherever the path falls below the next level, a cut begins.
-        while stretch.to[1] < self.level() - REACHED {
+        while stretch.to[1] < self.level() - LEVEL_SLACK {
             let level = self.level();
             let place = if level >= stretch.from[1] {
                 stretch.from
@@ -153,7 +153,7 @@ impl Rougher<'_> {
             }
             self.cuts = 0.0;
         } else if to > self.level() {
-            self.cuts = ((self.top - to) / self.words.depth - REACHED)
+            self.cuts = ((self.top - to) / self.words.depth - LEVEL_SLACK)
                 .ceil()
                 .max(0.0);
         }
@@ -163,7 +163,7 @@ impl Rougher<'_> {
     /// (as recorded).
     fn along(&mut self, piece: &Piece, from: Vec2, to: Vec2, rapid: bool) {
         match piece.circle {
-            Some(_) if distance2(from, to) < REACHED => {}
+            Some(_) if distance2(from, to) < LEVEL_SLACK => {}
             Some(circle) => self.moves.push(Move::Arc {
                 end: to,
                 center: circle.center,
@@ -179,7 +179,7 @@ impl Rougher<'_> {
     /// down to the path.
     fn cut(&mut self, (index, stretch): (usize, usize), from: Vec2, rapid: bool) {
         let to = self.end_of_level(index, stretch, from);
-        if to - from[0] < REACHED {
+        if to - from[0] < LEVEL_SLACK {
             return;
         }
         // A short cut retracts no further than half of it, so that the way back does not cross
@@ -206,7 +206,7 @@ impl Rougher<'_> {
             for stretch in stretches.iter().take(count).skip(skip) {
                 self.work += 1;
                 // The first rise to the level ends the cut.
-                if stretch.rises && stretch.to[1] >= from[1] - REACHED {
+                if stretch.rises && stretch.to[1] >= from[1] - LEVEL_SLACK {
                     return piece.at_level(stretch, from[1].min(stretch.to[1]))[0].max(from[0]);
                 }
             }
@@ -227,7 +227,11 @@ impl Rougher<'_> {
             base: from[1],
             rise: 0.0,
         });
-        let slack = if piece.circle.is_some() { REACHED } else { 0.0 };
+        let slack = if piece.circle.is_some() {
+            LEVEL_SLACK
+        } else {
+            0.0
+        };
         if !rises || to[1] - held.base < held.rise - slack {
             return;
         }
@@ -256,7 +260,9 @@ struct Bridge {
 impl Bridge {
     fn over(piece: &Piece, to: Vec2) -> Bridge {
         match (piece.circle, piece.radius()) {
-            (Some(circle), Some(radius)) if (circle.center[1] + radius - to[1]).abs() < REACHED => {
+            (Some(circle), Some(radius))
+                if (circle.center[1] + radius - to[1]).abs() < LEVEL_SLACK =>
+            {
                 Bridge {
                     base: circle.center[1],
                     rise: radius,

@@ -101,7 +101,10 @@ impl Bridge {
         motor: &Motor,
         motor_coulomb: f64,
     ) -> Crossed {
-        let (block, span) = (f64::from(BLOCK), f64::from(BLOCK) * Clock::SERVO.period_s());
+        let (block, span) = (
+            f64::from(BLOCK_TICKS),
+            f64::from(BLOCK_TICKS) * Clock::SERVO.period_s(),
+        );
         let ticks = f64::from(self.ticks) + block;
         let time = ticks * Clock::SERVO.period_s();
         // mean speeds of both steady blocks, and the mean position between their middles
@@ -129,7 +132,7 @@ impl Bridge {
 }
 
 /// Servo ticks of a block: 4 ms. Decision 59 of the book.
-pub(super) const BLOCK: u32 = 16;
+pub(super) const BLOCK_TICKS: u32 = 16;
 
 /// Half of a triangle: sums over 4 ms. Two in a row make means weighted with a triangle over 8 ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -155,7 +158,7 @@ impl Block {
     /// Adds the tick that ends now.
     pub(super) fn push(&mut self, signals: &Signals) {
         // weight of the tick's middle on the rising side, the rest on the falling one
-        let part = (f64::from(self.ticks) + 0.5) / f64::from(BLOCK);
+        let part = (f64::from(self.ticks) + 0.5) / f64::from(BLOCK_TICKS);
         self.rising += part * signals.mean_current;
         self.falling += (1.0 - part) * signals.mean_current;
         self.way += signals.motor_position - self.position;
@@ -212,7 +215,7 @@ mod tests {
                 continue;
             }
             block.push(&signals);
-            if block.ticks == BLOCK {
+            if block.ticks == BLOCK_TICKS {
                 match &bridge {
                     None if tick == 31 => {
                         bridge = Some(Bridge::start(block, &Block::start(position)));

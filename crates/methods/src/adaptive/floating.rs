@@ -31,7 +31,7 @@ const PRESSING_SHARE: f64 = 0.01;
 /// show, part of the rated torque. Tuned on the study's matrix, decision 66 of the book.
 const DRIVING_SHARE: f64 = 1e-3;
 /// Acceleration and speed of a reference that count as zero, rad/s2 and rad/s: above rounding.
-const STEADY: f64 = 1e-6;
+const STEADY_BOUND: f64 = 1e-6;
 
 /// Whether the load of an axis may float, from its reference and what is known of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,10 +65,10 @@ impl Floating {
         rated_torque: f64,
         changed: bool,
     ) {
-        let need = load.need(reference.velocity, reference.acceleration, STEADY);
+        let need = load.need(reference.velocity, reference.acceleration, STEADY_BOUND);
         // nothing holds the load and nothing presses it
         let free = friction < HOLDING_SHARE * rated_torque
-            && reference.acceleration.abs() < STEADY
+            && reference.acceleration.abs() < STEADY_BOUND
             && need.abs() < PRESSING_SHARE * rated_torque;
         // a constant torque is learned last and does not change the flank: it does not count as driving
         let driven =

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 pub(super) const LANES: usize = 8;
 /// Integration steps of the load in a sample. A choice: 62.5 us, implicit and therefore stable;
 /// more follow a stiff shaft better and cost time in proportion.
-const STEPS: usize = 4;
+const STEPS_PER_SAMPLE: usize = 4;
 
 /// One number for each hypothesis.
 pub(super) type Lanes = [f64; LANES];
@@ -96,9 +96,12 @@ impl WithSimd for OneSample<'_> {
         let span = self.progress.filter.span;
         // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / span;
-        let torque = self
-            .progress
-            .load(hypotheses, speed, span / STEPS as f64, self.warmth);
+        let torque = self.progress.load(
+            hypotheses,
+            speed,
+            span / STEPS_PER_SAMPLE as f64,
+            self.warmth,
+        );
         self.progress.motor(known, hypotheses, &torque, from, to)
     }
 }
@@ -204,7 +207,7 @@ impl Progress {
         };
         // divisions out of the inner loop
         let inverses = p.inertia.map(|inertia| 1.0 / inertia);
-        for _ in 0..STEPS {
+        for _ in 0..STEPS_PER_SAMPLE {
             for lane in 0..LANES {
                 let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
                 let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
@@ -248,7 +251,7 @@ impl Progress {
                 sum[lane] += torque;
             }
         }
-        sum.map(|torque| torque / STEPS as f64)
+        sum.map(|torque| torque / STEPS_PER_SAMPLE as f64)
     }
 
     /// Moves the motor over a sample and corrects it by the measured position.

@@ -14,7 +14,7 @@
 //! Over a reversal, from one steady stretch to the next, the balance of momentum holds whatever
 //! happens between (`bridge`). The four unknowns are estimated in `load_filter`.
 
-use super::bridge::{BLOCK, Block, Bridge};
+use super::bridge::{BLOCK_TICKS, Block, Bridge};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
 use super::watch::Motor;
 use lostmotion_base::Clock;
@@ -133,7 +133,7 @@ impl LearningState {
             return;
         }
         self.block.push(signals);
-        if self.block.ticks >= BLOCK {
+        if self.block.ticks >= BLOCK_TICKS {
             let last = std::mem::replace(&mut self.block, Block::start(position));
             // the first whole block of a stretch closes the bridge
             if let Some(bridge) = self.bridge.take() {
@@ -159,7 +159,7 @@ impl LearningState {
         motor: &Motor,
         load: &mut LoadModel,
     ) {
-        let (count, inertia, rated) = (f64::from(BLOCK), motor.inertia, motor.rated_torque);
+        let (count, inertia, rated) = (f64::from(BLOCK_TICKS), motor.inertia, motor.rated_torque);
         let span = count * Clock::SERVO.period_s();
         // the same triangle over velocity and acceleration: differences of the blocks' mean
         // positions, and an exact second difference

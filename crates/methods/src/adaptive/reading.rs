@@ -17,7 +17,7 @@
 use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
-use super::said::{AGAINST, ENDLESS, Onset, Said};
+use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, Onset, Said};
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
@@ -166,7 +166,16 @@ impl Reading {
     /// Half gap of a lane in the present phase, rad.
     fn half_gap_of(&self, lane: usize) -> f64 {
         match self.phase {
-            Phase::Onset(_) => [0.0, ENDLESS, 2e-4, 6e-4, 2e-3, 6e-3, 2e-2, 6e-2][lane],
+            Phase::Onset(_) => [
+                0.0,
+                ENDLESS_HALF_GAP_RAD,
+                2e-4,
+                6e-4,
+                2e-3,
+                6e-3,
+                2e-2,
+                6e-2,
+            ][lane],
             // a half gap that is known already is one of the candidates
             Phase::Candidates if lane + 1 == LANES && self.prior.half_gap > 0.0 => {
                 self.prior.half_gap
@@ -185,7 +194,7 @@ impl Reading {
             }
             Phase::Check => AGAINST
                 .get(lane)
-                .map_or(ENDLESS, |part| part * self.newton.at[GAP]),
+                .map_or(ENDLESS_HALF_GAP_RAD, |part| part * self.newton.at[GAP]),
             Phase::Fine | Phase::Newton => {
                 let close = if self.searched {
                     FINE_SHARE_AFTER_GRID

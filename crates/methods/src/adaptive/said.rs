@@ -65,7 +65,7 @@ impl Said {
 }
 
 /// A half gap that is never crossed, rad: more than a turn of the motor.
-pub(super) const ENDLESS: f64 = 10.0;
+pub(super) const ENDLESS_HALF_GAP_RAD: f64 = 10.0;
 /// Lane of that gap while an onset is searched for.
 const ENDLESS_LANE: usize = 1;
 /// Samples that are kept after the onset: what follows tells of the shaft's ringing, not of the
@@ -106,7 +106,7 @@ impl Onset {
         enough: f64,
     ) {
         // the way of the motor across the gap since it left its flank
-        let way = ENDLESS - progress.lead[ENDLESS_LANE] * side;
+        let way = ENDLESS_HALF_GAP_RAD - progress.lead[ENDLESS_LANE] * side;
         if way < BLIND_SHARE * known {
             return;
         }

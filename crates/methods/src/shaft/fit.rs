@@ -20,7 +20,7 @@ type ShaftVector = [f64; N];
 
 /// Differences for the derivatives, in ln k, damping ratio and ln 1/J_L: between rounding and
 /// curvature.
-const DIFFERENCE: f64 = 1e-4;
+const DERIVATIVE_STEP: f64 = 1e-4;
 /// Bound of the steps. A choice: bounds the servo ticks of a reading.
 const LARGEST_NUMBER_OF_STEPS: u32 = 14;
 /// Step below which the search has converged: far below any uncertainty.
@@ -208,13 +208,13 @@ impl ShaftNewton {
             // one-sided differences of the projected residual: the linear unknowns follow each
             // change
             let mut at = self.at;
-            at[i] += DIFFERENCE;
+            at[i] += DERIVATIVE_STEP;
             let there = excerpt.left_by(motor, &self.shaft(&at));
             there
                 .left
                 .iter()
                 .zip(left)
-                .map(|(there, here)| (there - here) / DIFFERENCE)
+                .map(|(there, here)| (there - here) / DERIVATIVE_STEP)
                 .collect()
         })
     }

@@ -22,7 +22,7 @@ const CURVATURE_DEVIATION: f64 = 0.0108;
 const LENGTH_TRIES: usize = 3;
 /// Length of each try as a part of the one before. A choice: three tries reach half of the first
 /// length.
-const SHORTENING: f64 = 0.7;
+const LENGTH_FACTOR: f64 = 0.7;
 
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
@@ -66,7 +66,7 @@ pub(super) fn best_blend(
         if judge.is_faster(&piece, before, next, tolerance) {
             return Some((blend.half, piece));
         }
-        room = SHORTENING * blend.half;
+        room = LENGTH_FACTOR * blend.half;
     }
     None
 }

@@ -36,7 +36,7 @@ const POWER_BOUNDS: [f64; 2] = [0.75, 3.0];
 /// Smallest part of an offset that a weight follows, so that no weight falls to nothing at once.
 const LEAST_PART: f64 = 1e-3;
 /// Points on either side of a vertex that its third differences reach.
-const REACH: usize = 3;
+const DIFFERENCE_REACH: usize = 3;
 
 /// Points along a run.
 #[derive(Clone, Copy, Debug)]
@@ -143,19 +143,19 @@ impl Weight {
 fn stiffness<const N: usize>(
     points: &[Point],
     length: f64,
-) -> (Vec<[f64; REACH + 1]>, Vec<[f64; N]>) {
+) -> (Vec<[f64; DIFFERENCE_REACH + 1]>, Vec<[f64; N]>) {
     let (mut rows, mut pull) = (
-        vec![[0.0; REACH + 1]; points.len()],
+        vec![[0.0; DIFFERENCE_REACH + 1]; points.len()],
         vec![[0.0; N]; points.len()],
     );
     let cube = length * length * length;
-    for (k, four) in points.windows(REACH + 1).enumerate() {
+    for (k, four) in points.windows(DIFFERENCE_REACH + 1).enumerate() {
         // Each four points stand for a third of the way that they span, in an integral of squares.
-        let factor = cube * ((four[REACH].u - four[0].u) / 3.0).sqrt();
-        let mut d = [0.0; REACH + 1];
+        let factor = cube * ((four[DIFFERENCE_REACH].u - four[0].u) / 3.0).sqrt();
+        let mut d = [0.0; DIFFERENCE_REACH + 1];
         // Third divided differences on uneven points.
         for (m, d) in d.iter_mut().enumerate() {
-            let product: f64 = (0..=REACH)
+            let product: f64 = (0..=DIFFERENCE_REACH)
                 .filter(|l| *l != m)
                 .map(|l| four[m].u - four[l].u)
                 .product();
@@ -184,7 +184,7 @@ fn stiffness<const N: usize>(
 fn solve<const N: usize>(
     points: &[Point],
     weights: &[Weight],
-    stiffness: &[[f64; REACH + 1]],
+    stiffness: &[[f64; DIFFERENCE_REACH + 1]],
     pull: &[[f64; N]],
 ) -> Vec<[f64; N]> {
     let n = points.len();
@@ -199,7 +199,7 @@ fn solve<const N: usize>(
             // A fixed vertex: a row of identity, without couplings from the rows before.
             rows[i] = [1.0, 0.0, 0.0, 0.0];
             x[i] = [0.0; N];
-            for back in 1..=REACH.min(i) {
+            for back in 1..=DIFFERENCE_REACH.min(i) {
                 rows[i - back][back] = 0.0;
             }
         }

@@ -10,7 +10,7 @@ use lostmotion_base::Coords;
 /// Number of consecutive positions that a third difference, the discrete jerk, needs.
 pub(super) const DIFFERENCE_POINTS: usize = 4;
 /// Part of a limit by which rounding of positions may pass it.
-const ROUNDING: f64 = 1e-7;
+const ROUNDING_SHARE: f64 = 1e-7;
 /// Part of a limit that is taken away beyond the excess, so that the next solution does not end
 /// just beyond it again. Tuned (2e-4 before samples were judged from outside).
 const TIGHTEN_MARGIN: f64 = 5e-4;
@@ -91,7 +91,7 @@ impl LimitJudge {
             for (kind, part) in parts
                 .into_iter()
                 .enumerate()
-                .filter(|(_, part)| *part > 1.0 + ROUNDING)
+                .filter(|(_, part)| *part > 1.0 + ROUNDING_SHARE)
             {
                 // A difference of order n reaches back n samples. The intervals under them, and one
                 // more on either side, get less room.

@@ -4,10 +4,10 @@ use crate::{Heeds, PlanError};
 
 /// Least pace, as a part of the planned one, at which places are passed between others of another
 /// pace, so that the motion also reaches a place where it is to rest. Record 41 of the decisions.
-const CREEP: f64 = 0.03;
+const LEAST_PASSING_PACE: f64 = 0.03;
 /// Part of the least pace asked for at which everything that may come keeps its limits with some
 /// room. Record 41 of the decisions.
-const SURE: f64 = 0.95;
+const SURE_PACE_SHARE: f64 = 0.95;
 
 /// What an operator does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,11 +75,11 @@ impl Asked {
     /// The pace at which a place is to be passed between others; above 1 it is the factor on the
     /// programmed feed.
     pub(super) fn cap(&self, heeds: Heeds) -> f64 {
-        self.of(heeds).max(CREEP)
+        self.of(heeds).max(LEAST_PASSING_PACE)
     }
 
     /// A pace within the overrides of all places and within the limits of the joints.
     pub(super) fn sure(&self) -> f64 {
-        SURE * self.cap(Heeds::Feed).min(self.cap(Heeds::Rapid)).min(1.0)
+        SURE_PACE_SHARE * self.cap(Heeds::Feed).min(self.cap(Heeds::Rapid)).min(1.0)
     }
 }

@@ -24,7 +24,7 @@ const EFFORTS: [[f64; 2]; 8] = [
 /// follows with a later change.
 const GOAL_PARTS: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
 /// Difference from a pace up to which it is reached.
-pub(super) const REACHED: f64 = 1e-6;
+pub(super) const PACE_SLACK: f64 = 1e-6;
 
 /// A change of pace that begins after `wait` command cycles.
 #[derive(Clone, Debug)]
@@ -89,7 +89,7 @@ fn rise(course: &Course, target: f64, now: &PaceState) -> Option<Aim> {
     let goals = GOAL_PARTS
         .into_iter()
         .map(|part| part * target)
-        .filter(|goal| *goal > now.w + REACHED);
+        .filter(|goal| *goal > now.w + PACE_SLACK);
     // The nearest goal first, each with the hardest effort first.
     let mut tries = goals.flat_map(|goal| efforts(course).map(move |effort| (goal, effort)));
     tries

@@ -18,7 +18,7 @@ pub use action::Action;
 use crate::optimal::LimitJudge;
 use crate::{Heeds, PlanError, PlannerConfig, Sample};
 use action::Asked;
-use aim::{Aim, REACHED, aim};
+use aim::{Aim, PACE_SLACK, aim};
 use course::{Course, PaceState};
 use lostmotion_base::{Clock, Coords, Tick};
 use ramp::Ramp;
@@ -289,7 +289,9 @@ impl Pacer {
             .as_ref()
             .map_or(self.state.w, |(ramp, _)| ramp.end.w);
         // There, or on the way there.
-        if self.retimed.is_none() && wanted.is_some_and(|wanted| (goal - wanted).abs() <= REACHED) {
+        if self.retimed.is_none()
+            && wanted.is_some_and(|wanted| (goal - wanted).abs() <= PACE_SLACK)
+        {
             return;
         }
         // Attempts that fail cost time, so they get rarer.

@@ -10,7 +10,7 @@ use lostmotion_base::linalg::solve_banded;
 
 /// Factor by which the complementarity is to fall in a step. A choice: a faster fall leaves the
 /// central path, a slower one takes more steps.
-const CENTERING: f64 = 0.25;
+const CENTERING_FACTOR: f64 = 0.25;
 /// Part of the way to the nearest bound that a step may go (fraction to the boundary). A choice:
 /// nearer to 1 slacks fall to nothing at once, farther takes more steps.
 const TO_BOUNDARY: f64 = 0.95;
@@ -278,7 +278,7 @@ impl<'a> BarrierProblem<'a> {
         self.bounds = used.iter().copied().map(bound).collect();
         let mut mean = first;
         for _ in 0..steps {
-            let Some(reached) = self.step(c, &used, CENTERING * mean) else {
+            let Some(reached) = self.step(c, &used, CENTERING_FACTOR * mean) else {
                 return;
             };
             // At its goal the complementarity is held until the bounds are kept, too.

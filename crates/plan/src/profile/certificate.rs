@@ -15,7 +15,7 @@ use lostmotion_base::AXES;
 use lostmotion_kinematics::JointMap;
 
 /// Part of a limit up to which it counts as kept: 1 and rounding.
-pub(super) const KEPT: f64 = 1.0 + 1e-6;
+pub(super) const KEPT_SHARE: f64 = 1.0 + 1e-6;
 /// Halvings of a stretch in search of a proof, at most: each takes three quarters of the distance
 /// from the chord.
 const PROOF_HALVINGS: u32 = 10;
@@ -112,13 +112,15 @@ impl<'a> Certificate<'a> {
                 .iter()
                 .take_while(|interval| interval.start < pair[1].s);
             // The bounds of whole intervals cost little and suffice nearly everywhere.
-            let coarse = under
-                .clone()
-                .all(|interval| self.section.machine.keeps(&interval.demand, pair, KEPT));
+            let coarse = under.clone().all(|interval| {
+                self.section
+                    .machine
+                    .keeps(&interval.demand, pair, KEPT_SHARE)
+            });
             if !coarse
                 && self
                     .most(pair)
-                    .is_none_or(|used| used.iter().any(|part| *part > KEPT))
+                    .is_none_or(|used| used.iter().any(|part| *part > KEPT_SHARE))
             {
                 return false;
             }
@@ -165,7 +167,7 @@ impl<'a> Certificate<'a> {
             JointMap::Shifted => self.bounds(knot, left, right),
             JointMap::Curved => self.estimate([left, &middle()?, right]),
         };
-        let fits = |used: &Used| used.iter().all(|part| *part <= KEPT);
+        let fits = |used: &Used| used.iter().all(|part| *part <= KEPT_SHARE);
         // Done where the limits are proven, where a place already passes one, or where halving has
         // to end.
         if fits(&bound) || !fits(&seen) || halvings == 0 {

@@ -2,7 +2,7 @@
 //! method.
 
 use super::barrier::BarrierProblem;
-use super::certificate::{Certificate, KEPT};
+use super::certificate::{Certificate, KEPT_SHARE};
 use super::ideal::{ideal, time_between};
 use super::rows::problem;
 use super::spans::{Span, spans};
@@ -273,7 +273,7 @@ fn repaired(
     knots: &[Knot],
 ) -> Result<(), usize> {
     let mut certificate = Certificate::new(section);
-    let (mut worst, mut most) = (None, KEPT);
+    let (mut worst, mut most) = (None, KEPT_SHARE);
     let count = problem.goals.len();
     for interval in 0..count {
         let [v, a, j] = certificate
@@ -287,7 +287,7 @@ fn repaired(
         for (kind, used) in [a, j]
             .into_iter()
             .enumerate()
-            .filter(|(_, used)| *used > KEPT)
+            .filter(|(_, used)| *used > KEPT_SHARE)
         {
             // From what it was planned to use here: a share of the whole would not change what was
             // made stricter before.
@@ -297,7 +297,7 @@ fn repaired(
             }
         }
         // Speed has a cap of its square in place of a goal.
-        if v > KEPT {
+        if v > KEPT_SHARE {
             for cap in &mut problem.caps[near] {
                 *cap *= CAP_REPAIR / (v * v);
             }

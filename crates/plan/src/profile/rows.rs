@@ -3,7 +3,7 @@
 
 use super::Section;
 use super::barrier::{BarrierProblem, Row};
-use super::certificate::KEPT;
+use super::certificate::KEPT_SHARE;
 use super::course::JointCourse;
 use super::spline::Grid;
 
@@ -79,7 +79,14 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
             }
         }
         let near = interval.min(grid.len() - 1 - interval) < END_INTERVALS;
-        caps.push(cap * cap * if near { KEPT } else { SPEED_PART * SPEED_PART });
+        caps.push(
+            cap * cap
+                * if near {
+                    KEPT_SHARE
+                } else {
+                    SPEED_PART * SPEED_PART
+                },
+        );
     }
     // At a node both sides' caps hold; the speed at the very end is given.
     for interval in 1..grid.len() {

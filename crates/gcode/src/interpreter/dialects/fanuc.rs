@@ -11,7 +11,7 @@ use crate::problem::Problem;
 use crate::syntax::{Text, Value, Word};
 
 /// An M98 P beyond this has the rounds in front of four digits of the program's number.
-const PACKED: f64 = 10_000.0;
+const LEAST_PACKED_CALL: f64 = 10_000.0;
 /// Codes in tenths that change no path: high-speed modes, look-ahead, and the ends of modes that
 /// cannot have begun.
 const IGNORED: [u16; 6] = [80, 150, 500, 501, 1030, 1870];
@@ -166,10 +166,10 @@ impl Interpreter {
             self.words
                 .get(b'P')
                 .and_then(whole)
-                .filter(|number| *number >= PACKED),
+                .filter(|number| *number >= LEAST_PACKED_CALL),
         ) {
-            self.words.put(b'P', number % PACKED);
-            self.words.put(b'L', (number / PACKED).floor());
+            self.words.put(b'P', number % LEAST_PACKED_CALL);
+            self.words.put(b'L', (number / LEAST_PACKED_CALL).floor());
             self.tell(Leniency::PackedCalls);
         }
     }
