@@ -1,5 +1,6 @@
 //! Causes of a contour error, and its decomposition.
 
+use lostmotion_base::vec::{Vec3, add, along, cross, dot, norm, scale, sub};
 use lostmotion_base::{AxisId, Tick};
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +36,21 @@ impl std::fmt::Display for Cause {
     }
 }
 
-/// Decomposition of a signed contour error, mm. The sum is the error itself.
+/// 1 + cosine of the angle between two directions of travel below which the path goes straight
+/// back. A choice: within 0.08 degrees of it, where the axis of the turn is known no better.
+const STRAIGHT_BACK_COSINE: f64 = 1e-6;
+
+/// Decomposition of a signed contour error, mm.
+///
+/// Errors are vectors across the path, each from its own foot point: of the command, of the machine
+/// without a gap, and of the machine. To be subtracted they are carried along the path to one foot
+/// point, as its direction turns (a corner turns by its angle), so that an error which stays on its
+/// side of the path stays the same vector. The first three shares are the parts of the three
+/// differences along the error itself: they add up to it. A part across it makes the error neither
+/// larger nor smaller, but can be all that a gap does; `backlash_size_mm` has it, too.
+///
+/// A vector across the path changes by at most the way that the tool goes, if it is carried along
+/// so. What a gap does to the error is therefore at most how far it moves the tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shares {
     /// Contour error of the command itself.
@@ -44,17 +59,40 @@ pub struct Shares {
     pub servo_mm: f64,
     /// Added to that by the gap.
     pub backlash_mm: f64,
+    /// Length of the vector that the gap adds; at least the magnitude of `backlash_mm`.
+    pub backlash_size_mm: f64,
 }
 
 impl Shares {
-    /// From the signed contour errors of the command, of the machine without a gap, and of the
-    /// machine, at the same tick.
-    pub fn of(command_mm: f64, without_gap_mm: f64, actual_mm: f64) -> Shares {
-        // Differences of neighbours: the parts add up to the actual error.
+    /// From the contour errors of the command, of the machine without a gap, and of the machine, at
+    /// the same tick.
+    pub fn of(
+        command: &ContourSample,
+        without_gap: &ContourSample,
+        actual: &ContourSample,
+    ) -> Shares {
+        let to_actual =
+            |sample: &ContourSample| carried(sample.off_mm, sample.travel, actual.travel);
+        let mut gap = sub(actual.off_mm, to_actual(without_gap));
+        // Where a foot point jumps between places that are not neighbours on the path, as across a
+        // slot, vectors say nothing about each other: no gap does more than it moves the tool.
+        let (size, moved) = (norm(gap), norm(sub(actual.tip_mm, without_gap.tip_mm)));
+        if size > moved {
+            gap = scale(gap, moved / size);
+        }
+        let command = to_actual(command);
+        let servo = sub(sub(actual.off_mm, gap), command);
+        // Unit vector of the error, with its sign; on the path there is none, and no part.
+        let direction = if actual.distance_mm > 0.0 {
+            scale(actual.off_mm, 1.0 / actual.error_mm)
+        } else {
+            [0.0; 3]
+        };
         Shares {
-            command_mm,
-            servo_mm: without_gap_mm - command_mm,
-            backlash_mm: actual_mm - without_gap_mm,
+            command_mm: dot(command, direction),
+            servo_mm: dot(servo, direction),
+            backlash_mm: dot(gap, direction),
+            backlash_size_mm: size.min(moved),
         }
     }
 
@@ -62,6 +100,20 @@ impl Shares {
     pub fn total_mm(&self) -> f64 {
         self.command_mm + self.servo_mm + self.backlash_mm
     }
+}
+
+/// A vector across the path, carried from where its direction is `from` to where it is `to`: turned
+/// by the least rotation between the two.
+fn carried(vector: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+    let (axis, cosine) = (cross(from, to), dot(from, to));
+    // Straight back, or on a move that does not move the tip: the place is the same, and so is the
+    // vector.
+    if 1.0 + cosine < STRAIGHT_BACK_COSINE || norm(from) == 0.0 || norm(to) == 0.0 {
+        return vector;
+    }
+    // Rodrigues' formula, with sin = |axis| and (1 - cos) / sin^2 = 1 / (1 + cos).
+    let across = add(scale(vector, cosine), cross(axis, vector));
+    along(across, axis, dot(axis, vector) / (1.0 + cosine))
 }
 
 /// How a cause is found: the largest share by magnitude names it (on a tie backlash before servo

@@ -33,7 +33,7 @@ pub struct BlockRow {
     pub samples: u64,
     /// Sum of squared errors, mm2.
     pub sum_of_squares_mm2: f64,
-    /// Sum of squared backlash shares, mm2.
+    /// Sum of squared lengths of what backlash adds, mm2.
     pub backlash_sum_of_squares_mm2: f64,
     /// Largest orientation error, rad.
     pub max_orientation_rad: f64,
@@ -60,7 +60,8 @@ impl BlockRow {
         let error = record.sample.error_mm;
         self.samples += 1;
         self.sum_of_squares_mm2 += error * error;
-        self.backlash_sum_of_squares_mm2 += record.shares.backlash_mm * record.shares.backlash_mm;
+        self.backlash_sum_of_squares_mm2 +=
+            record.shares.backlash_size_mm * record.shares.backlash_size_mm;
         self.max_orientation_rad = self
             .max_orientation_rad
             .max(record.sample.orientation_error_rad);
@@ -172,7 +173,7 @@ pub struct ReversalRow {
     pub peak_tick: Tick,
     /// Parts of that error.
     pub peak_shares: Shares,
-    /// Largest share of backlash in the window, with its sign, mm.
+    /// Largest length of what backlash adds in the window, mm.
     pub peak_backlash_mm: f64,
 }
 
@@ -246,9 +247,7 @@ impl ReversalLedger {
                 (row.peak_mm, row.peak_tick, row.peak_shares) =
                     (record.sample.error_mm, tick, record.shares);
             }
-            if record.shares.backlash_mm.abs() > row.peak_backlash_mm.abs() {
-                row.peak_backlash_mm = record.shares.backlash_mm;
-            }
+            row.peak_backlash_mm = row.peak_backlash_mm.max(record.shares.backlash_size_mm);
         }
         finished
     }

@@ -1,9 +1,9 @@
 //! The foot point on the path near the command.
 
-use crate::side::{frame, side};
+use crate::side::{Tangents, frame, side};
 use crate::{ContourConfig, ContourError, ContourInput, ContourSample, ProgrammedSegment};
 use lostmotion_base::math;
-use lostmotion_base::vec::{add, angle, norm, sub};
+use lostmotion_base::vec::{angle, norm, sub};
 use lostmotion_path::Curve;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -15,9 +15,6 @@ const SAME_DISTANCE_MM: f64 = 1e-9;
 /// A foot counts as lying on a joint within this of a segment's end, in mm and in parts of its
 /// length. A choice: above the rounding of s.
 const JOINT_SLACK: f64 = 1e-9;
-/// Length of the sum of two unit tangents below which they point against each other. A choice:
-/// within 1e-6 rad of a straight return no bisector has a meaning.
-const STRAIGHT_BACK: f64 = 1e-6;
 
 /// A programmed segment with its place along the path.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -237,16 +234,20 @@ impl ContourTracker {
         let held = self.held.get(found.at).unwrap_or(held);
         let place = held.place(found.s);
         foot.place_mm = Some(place);
-        let error = sub(
+        let off = sub(
             input.actual_tip_mm,
             held.segment.curve.point(found.s).linear(),
         );
         // The distance gets the sign of the side on which the tool lies.
-        let sign = side(error, self.travel(found.at, found.s), held.segment.plane);
+        let tangents = self.tangents(found.at, found.s);
+        let sign = side(off, tangents.mean(), held.segment.plane);
         Ok(ContourSample {
             tick: input.tick,
             error_mm: sign * found.distance,
             distance_mm: found.distance,
+            tip_mm: input.actual_tip_mm,
+            off_mm: off,
+            travel: tangents.across(off),
             segment: held.segment.index,
             s: found.s,
             rapid: held.segment.rapid,
@@ -339,42 +340,39 @@ impl ContourTracker {
         best
     }
 
-    /// Direction of travel at a foot point; at a joint, the sum of the unit tangents before and
-    /// after.
-    fn travel(&self, at: usize, s: f64) -> [f64; 3] {
+    /// Directions of travel at a foot point.
+    fn tangents(&self, at: usize, s: f64) -> Tangents {
         let Some(held) = self.held.get(at) else {
-            return [0.0; 3];
+            return Tangents::default();
         };
         let length = held.length_mm;
         let still = length <= 0.0;
-        let mut travel = held.segment.curve.tangent(s);
-        let own = travel;
-        // At a joint of two segments, travel is along the bisector of both tangents.
+        // At a joint of two segments, those of both; moves of rotary axes alone lie between.
         let slack = JOINT_SLACK * (1.0 + length);
-        if still || s <= slack {
-            let before = self
-                .held
+        let (at_start, at_end) = (still || s <= slack, still || s >= length - slack);
+        let before = || {
+            self.held
                 .iter()
                 .take(at)
                 .rev()
-                .find(|held| held.length_mm > 0.0);
-            travel = before.map_or(travel, |held| {
-                add(travel, held.segment.curve.tangent(held.length_mm))
-            });
-        }
-        if still || s >= length - slack {
-            let after = self
-                .held
+                .find(|held| held.length_mm > 0.0)
+        };
+        let after = || {
+            self.held
                 .iter()
                 .skip(at + 1)
-                .find(|held| held.length_mm > 0.0);
-            travel = after.map_or(travel, |held| add(travel, held.segment.curve.tangent(0.0)));
-        }
-        // Straight back: there is no bisector, the segment's own direction is taken.
-        if norm(travel) < STRAIGHT_BACK {
-            own
-        } else {
-            travel
+                .find(|held| held.length_mm > 0.0)
+        };
+        Tangents {
+            own: held.segment.curve.tangent(s),
+            before: at_start
+                .then(before)
+                .flatten()
+                .map(|held| held.segment.curve.tangent(held.length_mm)),
+            after: at_end
+                .then(after)
+                .flatten()
+                .map(|held| held.segment.curve.tangent(0.0)),
         }
     }
 
@@ -390,7 +388,7 @@ impl ContourTracker {
         let segment = &self.held.get(at)?.segment;
         // Left is a quarter turn counter-clockwise from the shadow of travel on the plane.
         let [first, second, _] = segment.plane.axes();
-        let travel = self.travel(at, sample.s);
+        let travel = self.tangents(at, sample.s).mean();
         let shadow = math::hypot(travel[first], travel[second]);
         let mut left = [0.0; 3];
         if shadow > 0.0 {

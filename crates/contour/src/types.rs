@@ -88,6 +88,13 @@ pub struct ContourSample {
     pub error_mm: f64,
     /// Distance from the actual tip to the foot point, mm.
     pub distance_mm: f64,
+    /// Actual tip, part frame, mm.
+    pub tip_mm: [f64; 3],
+    /// From the foot point to the actual tip, mm: a vector of the length `distance_mm`.
+    pub off_mm: [f64; 3],
+    /// Unit vector of travel at the foot point. At a corner the one between the directions before
+    /// and after it that `off_mm` is at right angles to. Zero where the tip does not move.
+    pub travel: [f64; 3],
     /// Segment of the foot point.
     pub segment: u64,
     /// Parameter of the foot point on it.

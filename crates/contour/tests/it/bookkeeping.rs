@@ -117,6 +117,7 @@ fn the_largest_share_names_the_cause() {
         command_mm,
         servo_mm,
         backlash_mm,
+        ..Shares::default()
     };
     let cases = [
         (
@@ -145,7 +146,16 @@ fn the_largest_share_names_the_cause() {
     for (shares, tick, corner, cause) in cases {
         assert_eq!(rule.cause(&shares, &sample(tick, corner), &state), cause);
     }
-    let parts = Shares::of(0.003, -0.001, 0.010);
+    // Errors to the left (positive) and to the right of a line along X.
+    let off = |error_mm: f64| ContourSample {
+        error_mm,
+        distance_mm: error_mm.abs(),
+        tip_mm: [7.0, error_mm, 0.0],
+        off_mm: [0.0, error_mm, 0.0],
+        travel: [1.0, 0.0, 0.0],
+        ..ContourSample::default()
+    };
+    let parts = Shares::of(&off(0.003), &off(-0.001), &off(0.010));
     assert!(
         (parts.servo_mm + 0.004).abs() < 1e-15
             && (parts.backlash_mm - 0.011).abs() < 1e-15
@@ -236,6 +246,7 @@ fn reversals_collect_what_follows_them() {
             Shares {
                 servo_mm: outside,
                 backlash_mm: spike,
+                backlash_size_mm: spike.abs(),
                 command_mm: 0.0,
             },
         )));
@@ -247,7 +258,9 @@ fn reversals_collect_what_follows_them() {
             (row.peak_mm + 1e-3 * (i + 1) as f64).abs() < 1e-15
                 && row.peak_tick == 50 * i as u64 + 15
         );
-        assert!((row.peak_backlash_mm - row.peak_mm).abs() < 1e-15 && row.segment == i as u64);
+        assert!(
+            (row.peak_backlash_mm - row.peak_mm.abs()).abs() < 1e-15 && row.segment == i as u64
+        );
     }
     assert_eq!(
         ledger.worst().map(|row| row.segment).collect::<Vec<_>>(),

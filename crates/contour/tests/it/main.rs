@@ -3,4 +3,5 @@
 
 mod bookkeeping;
 mod circles;
+mod split;
 mod tracking;

@@ -7,7 +7,7 @@ use super::guard::{Event, Vanishing};
 use super::mode::{Contact, Friction, Mass, Side};
 use super::series::Series;
 use super::state::PlantState;
-use super::{MAX_EVENTS, LARGEST_RATE_SPAN, Plant};
+use super::{LARGEST_RATE_SPAN, MAX_EVENTS, Plant};
 use crate::config::ContactLaw;
 
 /// Parts of a period below which a span is not cut, settled or not, so that no input whatever can

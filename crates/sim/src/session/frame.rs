@@ -26,8 +26,8 @@ pub struct Frame {
     pub pose: ToolPose,
     /// Commanded tip from the program's zero, mm.
     pub(crate) tip_mm: [f64; 3],
-    /// Contour error of the command itself, mm, signed.
-    pub(crate) command_mm: f64,
+    /// Contour error of the command itself.
+    pub(crate) command: ContourSample,
     /// Contour error of the machine without a gap.
     pub(crate) without_gap: ContourSample,
 }
@@ -106,7 +106,7 @@ impl Aligner {
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL_PER_S),
                 pose: modes.at(sample.segment).tool_pose(&joints, &sample.tool_mm),
                 tip_mm: [0.0; 3],
-                command_mm: 0.0,
+                command: ContourSample::default(),
                 without_gap: ContourSample::default(),
             });
         }

@@ -98,11 +98,7 @@ impl Recorder {
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
             // The error of the command, what the machine without a gap adds to it, and what the gap
             // adds to that.
-            let shares = Shares::of(
-                frame.command_mm,
-                frame.without_gap.error_mm,
-                sample.error_mm,
-            );
+            let shares = Shares::of(&frame.command, &frame.without_gap, &sample);
             // Laid to the largest share, and to a reversal if one lies within the window before.
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
             let record = ErrorRecord {
@@ -149,7 +145,7 @@ impl Recorder {
             self.rapid.push(record.sample.error_mm, place);
         } else {
             self.cutting.push(record.sample.error_mm, place);
-            self.backlash.push(record.shares.backlash_mm, place);
+            self.backlash.push(record.shares.backlash_size_mm, place);
             self.orientation
                 .push(record.sample.orientation_error_rad, place);
         }

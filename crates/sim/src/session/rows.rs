@@ -68,7 +68,12 @@ pub(crate) fn contour_point(
         foot_mm: place.foot_mm,
         normal: place.left,
         error_um: record.sample.error_mm * UM_PER_MM,
-        backlash_um: record.shares.backlash_mm * UM_PER_MM,
+        // Its length, on the side to which it moves the error.
+        backlash_um: record
+            .shares
+            .backlash_size_mm
+            .copysign(record.shares.backlash_mm)
+            * UM_PER_MM,
         rapid: record.sample.rapid,
         block: record.sample.block,
     })

@@ -193,7 +193,7 @@ impl Judge {
                 .modes
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
-            frame.command_mm = command.error_mm;
+            frame.command = command;
             // Results name places as the program does: from its work offset, not from machine zero.
             let origin = tracker
                 .segment(frame.sample.segment)
