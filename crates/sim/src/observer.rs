@@ -5,7 +5,10 @@ use crate::results::{BlockResult, ReversalResult};
 use lostmotion_base::BlockRef;
 use std::ops::ControlFlow;
 
-/// One point of the contour as a machine cut it.
+/// One servo tick of the contour as a machine cut it.
+///
+/// Places are from the program's zero: those of the tool from the zero in force for the command at
+/// the time, the foot point from the zero of its own block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContourPoint {
@@ -17,8 +20,16 @@ pub struct ContourPoint {
     pub normal: [f64; 3],
     /// Contour error, signed, um.
     pub error_um: f64,
-    /// Part of it that backlash causes, signed, um.
+    /// What backlash adds to it, um: the length of a vector across the path, with the sign of the
+    /// side to which it moves the error. It is at most how far the gaps move the tool, but can be
+    /// more than its part of the error.
     pub backlash_um: f64,
+    /// Commanded tip, mm.
+    pub commanded_mm: [f64; 3],
+    /// Actual tip, mm.
+    pub actual_mm: [f64; 3],
+    /// Whether any joint is commanded to move; the others are not judged.
+    pub moving: bool,
     /// Whether the tool is on a G0 move.
     pub rapid: bool,
     /// The block.
@@ -83,7 +94,7 @@ pub trait Observer: Send {
     /// Finished reversals.
     fn reversals(&mut self, _method: usize, _rows: &[ReversalResult]) {}
 
-    /// Points at the servo rate of all moving samples. Only called if [`Observer::wants_contour`].
+    /// Points of all servo ticks. Only called if [`Observer::wants_contour`].
     fn contour(&mut self, _method: usize, _points: &[ContourPoint]) {}
 
     /// Whether contour points are wanted; making them costs time.

@@ -151,7 +151,8 @@ pub struct MethodResult {
     pub cutting: ErrorStats,
     /// Contour error of rapids, um.
     pub rapid: ErrorStats,
-    /// Part that backlash causes on cutting moves (with minus without gap), um.
+    /// What backlash adds to the error on cutting moves, um: the length of the difference between
+    /// the errors with and without a gap, as vectors across the path.
     pub backlash: ErrorStats,
     /// Tool-axis orientation error on cutting moves, mdeg, on machines with rotary axes.
     pub orientation_mdeg: Option<ErrorStats>,

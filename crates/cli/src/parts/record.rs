@@ -77,7 +77,7 @@ impl RunFiles {
                 // Rapids cut nothing: the picture lifts the pen.
                 if point.rapid {
                     trace.lift();
-                } else {
+                } else if point.moving {
                     trace.push(TracePoint {
                         foot_mm: point.foot_mm,
                         normal: point.normal,

@@ -229,7 +229,7 @@ impl<W: Write> TimeWriter<W> {
 }
 
 /// Columns of [`ContourWriter`].
-const CONTOUR_COLUMNS: [&str; 13] = [
+const CONTOUR_COLUMNS: [&str; 20] = [
     "method",
     "t_s",
     "foot_x_mm",
@@ -243,6 +243,13 @@ const CONTOUR_COLUMNS: [&str; 13] = [
     "rapid",
     "file",
     "line",
+    "commanded_x_mm",
+    "commanded_y_mm",
+    "commanded_z_mm",
+    "tool_x_mm",
+    "tool_y_mm",
+    "tool_z_mm",
+    "moving",
 ];
 
 /// Writes the fields of [`ContourPoint`] with the method's name before them.
@@ -285,6 +292,12 @@ impl<W: Write> ContourWriter<W> {
             rows.integer(u64::from(point.rapid));
             rows.integer(u64::from(point.block.span.file));
             rows.integer(u64::from(point.block.span.line));
+            // Where the tool should be and where it is: the foot point and the error along the normal
+            // do not tell in space, nor at a corner.
+            for coordinate in point.commanded_mm.into_iter().chain(point.actual_mm) {
+                rows.number(coordinate, 6);
+            }
+            rows.integer(u64::from(point.moving));
             rows.end()?;
         }
         Ok(())

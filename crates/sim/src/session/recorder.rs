@@ -2,10 +2,12 @@
 
 use super::frame::{Frame, contour_input};
 use super::outputs::Outputs;
+use super::rows;
 use crate::error::SimError;
 use crate::motion::Modes;
+use crate::observer::ContourPoint;
 use crate::options::SimulateOptions;
-use lostmotion_base::BlockRef;
+use lostmotion_base::{BlockRef, Clock};
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
     ReversalConfig, ReversalLedger, ReversalRow, ReversalState, Shares, Statistics,
@@ -16,6 +18,7 @@ use lostmotion_drive::config::Cycles;
 #[derive(Debug)]
 pub(crate) struct Recorder {
     variant: usize,
+    servo: Clock,
     foot: FootState,
     rule: CauseRule,
     reversal_config: ReversalConfig,
@@ -34,8 +37,8 @@ pub(crate) struct Recorder {
     /// Rows finished in the last chunk.
     pub(crate) finished_blocks: Vec<BlockRow>,
     pub(crate) finished_turns: Vec<ReversalRow>,
-    /// Every moving sample of the last chunk, if asked for.
-    pub(crate) records: Option<Vec<ErrorRecord>>,
+    /// Every sample of the last chunk, if asked for.
+    pub(crate) points: Option<Vec<ContourPoint>>,
 }
 
 impl Recorder {
@@ -44,7 +47,7 @@ impl Recorder {
         axes: usize,
         cycles: Cycles,
         options: &SimulateOptions,
-        with_records: bool,
+        with_points: bool,
     ) -> Recorder {
         // The window is given in seconds and counted in servo ticks: causes must not depend on
         // rounding of times.
@@ -68,7 +71,8 @@ impl Recorder {
             turns: ReversalLedger::new(window, options.keep_reversals),
             finished_blocks: Vec::new(),
             finished_turns: Vec::new(),
-            records: with_records.then(Vec::new),
+            points: with_points.then(Vec::new),
+            servo: cycles.servo(),
         }
     }
 
@@ -82,8 +86,8 @@ impl Recorder {
     ) -> Result<(), SimError> {
         self.finished_blocks.clear();
         self.finished_turns.clear();
-        if let Some(records) = &mut self.records {
-            records.clear();
+        if let Some(points) = &mut self.points {
+            points.clear();
         }
         for frame in frames {
             // Reversals are those of the commanded velocity, which changes once a command cycle.
@@ -108,6 +112,11 @@ impl Recorder {
                 commanded_tip_mm: frame.tip_mm,
             };
             self.finished_turns.extend(self.turns.record(&record));
+            // At once: the tracker holds the foot's segment now, but may have let it go by the end
+            // of the chunk.
+            if let (Some(points), Some(place)) = (&mut self.points, tracker.place(&sample)) {
+                points.push(rows::contour_point(&record, place, frame, self.servo));
+            }
             // While all joints are commanded to rest nothing is cut, and dwells would outweigh the
             // motion in the RMS.
             if frame.moving {
@@ -165,9 +174,6 @@ impl Recorder {
             }
         }
         self.blocks.record(record);
-        if let Some(records) = &mut self.records {
-            records.push(*record);
-        }
     }
 
     /// Closes the rows of segments that no later sample can touch.

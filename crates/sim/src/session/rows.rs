@@ -1,10 +1,12 @@
 //! From the contour stage's records to the rows of results: micrometres, seconds, names.
 
+use super::frame::Frame;
 use crate::observer::ContourPoint;
 use crate::results::{BlockResult, ErrorParts, ErrorStats, ReversalResult};
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_contour::{BlockRow, ContourTracker, ErrorRecord, ReversalRow, Shares, Statistics};
+use lostmotion_base::vec::sub;
+use lostmotion_contour::{BlockRow, ErrorRecord, FootPlace, ReversalRow, Shares, Statistics};
 
 /// Statistics times a factor (1000 for mm to um).
 pub(crate) fn stats(statistics: &Statistics, factor: f64) -> ErrorStats {
@@ -56,14 +58,16 @@ pub(crate) fn reversal(row: &ReversalRow, servo: Clock) -> ReversalResult {
     }
 }
 
-/// A point for pictures; `None` if the tracker no longer holds its segment.
+/// A row of the trace.
 pub(crate) fn contour_point(
-    tracker: &ContourTracker,
     record: &ErrorRecord,
+    place: FootPlace,
+    frame: &Frame,
     servo: Clock,
-) -> Option<ContourPoint> {
-    let place = tracker.place(&record.sample)?;
-    Some(ContourPoint {
+) -> ContourPoint {
+    // The zero from which the command is read at this tick.
+    let origin_mm = sub(frame.pose.tip, frame.tip_mm);
+    ContourPoint {
         time_s: servo.seconds(record.sample.tick),
         foot_mm: place.foot_mm,
         normal: place.left,
@@ -74,7 +78,10 @@ pub(crate) fn contour_point(
             .backlash_size_mm
             .copysign(record.shares.backlash_mm)
             * UM_PER_MM,
+        commanded_mm: frame.tip_mm,
+        actual_mm: sub(record.sample.tip_mm, origin_mm),
+        moving: frame.moving,
         rapid: record.sample.rapid,
         block: record.sample.block,
-    })
+    }
 }

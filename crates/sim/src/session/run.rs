@@ -13,7 +13,7 @@ use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
 use lostmotion_base::Clock;
-use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
+use lostmotion_contour::{FootState, Place, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
 use rayon::prelude::*;
@@ -103,7 +103,7 @@ fn run_on(
         judge.chunk(&mut stepper, threads)?;
         if let (Some(observer), Some(texts)) = (&mut audience.observer, &mut texts) {
             judge.report_rows(*observer, texts);
-            judge.report_contour(*observer, &stepper.tracker);
+            judge.report_contour(*observer);
         }
         // After the rows, so that a caller who cancels here has seen what was finished.
         audience.progress(stepper.progress())?;
@@ -139,12 +139,12 @@ struct Judge {
 }
 
 impl Judge {
-    fn new(setup: &Setup<'_>, stepper: &Stepper, variants: usize, with_records: bool) -> Judge {
+    fn new(setup: &Setup<'_>, stepper: &Stepper, variants: usize, with_points: bool) -> Judge {
         let (axes, cycles) = (stepper.bank.outputs.axes().len(), setup.machine.cycles());
         let recorder = |variant| {
             // Observers see methods alone; the reference variant needs no points.
-            let with_records = with_records && variant != WITHOUT_GAP;
-            Recorder::new(variant, axes, cycles, setup.options, with_records)
+            let with_points = with_points && variant != WITHOUT_GAP;
+            Recorder::new(variant, axes, cycles, setup.options, with_points)
         };
         Judge {
             servo: cycles.servo(),
@@ -214,15 +214,11 @@ impl Judge {
         Ok(())
     }
 
-    fn report_contour(&self, observer: &mut dyn Observer, tracker: &ContourTracker) {
+    fn report_contour(&self, observer: &mut dyn Observer) {
         // Recorder 0 is the machine without a gap: method n is recorder n + 1.
         for (method, recorder) in self.recorders.iter().skip(1).enumerate() {
-            if let Some(records) = &recorder.records {
-                let points: Vec<_> = records
-                    .iter()
-                    .filter_map(|record| rows::contour_point(tracker, record, self.servo))
-                    .collect();
-                observer.contour(method, &points);
+            if let Some(points) = &recorder.points {
+                observer.contour(method, points);
             }
         }
     }

@@ -23,6 +23,7 @@ mod random_five_axis;
 mod robot_joint;
 mod sample_parts;
 mod splines;
+mod split;
 mod time;
 mod travel;
 mod worm;
