@@ -56,7 +56,7 @@ fn entries(text: &str) -> Result<Vec<Entry<'_>>, Vec<Problem>> {
                 key: key.trim(),
                 value: value.trim(),
             });
-        } else if !line.starts_with(".include") && !line.starts_with("#INCLUDE") {
+        } else if included(line).is_none() {
             problems.push(problem(
                 index + 1,
                 "",
@@ -72,6 +72,14 @@ fn entries(text: &str) -> Result<Vec<Entry<'_>>, Vec<Problem>> {
     }
 }
 
+/// The file that a line includes, if it is such a line.
+fn included(line: &str) -> Option<&str> {
+    let rest = ["#INCLUDE", ".include"]
+        .iter()
+        .find_map(|word| line.strip_prefix(word))?;
+    Some(rest.trim())
+}
+
 /// Reads the file.
 fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let entries = entries(text)?;
@@ -82,6 +90,11 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     };
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
+    // What is asked for may stand in an included file; in silence defaults would take its place.
+    for file in text.lines().filter_map(|line| included(line.trim())) {
+        let note = "not read: put its text in the line's place if it describes axes";
+        draft.row("#INCLUDE", file, Fate::Ignored, note);
+    }
     if let Some(name) = first(&["EMC"], "MACHINE").filter(|entry| !entry.value.is_empty()) {
         draft.name = name.value.to_owned();
     }

@@ -66,20 +66,18 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
     let Some((node, text)) = node.and_then(|node| Some((node, node.attribute(attribute)?))) else {
         return Ok(default);
     };
-    // A word that is no number drops out, so that of three words two are left.
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .filter_map(|word| word.parse().ok())
-        .filter(|value: &f64| value.is_finite())
-        .collect();
-    <Vector>::try_from(numbers).map_err(|_| {
+    let wrong = || {
         problem(
             line(&node),
             attribute,
             format!("`{text}` is not three numbers"),
             "write \"0 0 1\"",
         )
-    })
+    };
+    // A word that is no number must not drop out: "0 x 0 1" would pass as three numbers.
+    let number = |word: &str| word.parse().ok().filter(|value: &f64| value.is_finite());
+    let numbers: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+    <Vector>::try_from(numbers.ok_or_else(wrong)?).map_err(|_| wrong())
 }
 
 /// Reads the file.

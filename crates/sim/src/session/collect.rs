@@ -203,12 +203,13 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         following: rows::stats(&tally.recorders[variant].following[axis], factor),
         following_without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].following[axis], factor),
         reversals: tally.recorders[variant].turns.counts()[id.index()],
-        // The harder loaded motor of a gantry decides.
-        peak_current_ratio: second.map_or(output.peak_current_a, |second| {
-            output.peak_current_a.max(second.peak_current_a)
-        }) / info.current_limit_a,
-        saturated_samples: output.saturated_samples
-            + second.map_or(0, |second| second.saturated_samples),
+        // The harder loaded motor of a gantry decides, each by its own drive's limit.
+        peak_current_ratio: second
+            .map_or(0.0, |(second, limit_a)| second.peak_current_a / limit_a)
+            .max(output.peak_current_a / info.current_limit_a),
+        saturated_samples: second
+            .map_or(0, |(second, _)| second.saturated_samples)
+            .max(output.saturated_samples),
         peak_velocity: tally.stepper.peak_velocity[id] * large,
         range: [
             tally.stepper.range[0][id] * large,

@@ -95,13 +95,13 @@ impl Outputs {
         self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
     }
 
-    /// Output of the second motor of an axis of a variant, if it has one.
-    pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<&AxisOutput> {
-        self.gantry
-            .as_ref()
-            .filter(|beam| beam.axis == axis)
-            // Its lane follows those of the axes.
-            .map(|_| self.of(variant, self.axes.len()))
+    /// Output of the second motor of an axis of a variant, if it has one, and the current limit of
+    /// its drive, A.
+    pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<(&AxisOutput, f64)> {
+        let beam = self.gantry.as_ref().filter(|beam| beam.axis == axis)?;
+        let limit_a = beam.gantry.second.drive.current_limit_a;
+        // Its lane follows those of the axes.
+        Some((self.of(variant, self.axes.len()), limit_a))
     }
 
     /// How far the first end of a gantry is ahead of the second, in its unit; and its axis.

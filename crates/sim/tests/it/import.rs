@@ -272,6 +272,14 @@ fn urdf_arms_are_the_preset_s() {
         )
         .contains("arm.urdf:3:")
     );
+    // a word that is no number is not left out of the three
+    assert!(
+        refused(
+            "arm.urdf",
+            &arm().replace("axis xyz=\"0 0 1\"", "axis xyz=\"0 x 0 1\"")
+        )
+        .contains("`0 x 0 1` is not three numbers")
+    );
     assert!(
         refused("arm.urdf", &arm().replacen("revolute", "floating", 1))
             .contains("joints of type `floating` are not known here")
@@ -330,6 +338,16 @@ fn urdf_machine_tools_have_a_table_and_a_tool() {
 
 /// A trunnion's points and offsets as an INI file sets them, in its own unit; what it does not set
 /// is told.
+#[test]
+fn linuxcnc_tells_of_files_that_it_does_not_read() {
+    let (told, _) = imported("mill.ini", &format!("#INCLUDE axes.inc\n{INI}"));
+    let row = told.rows.iter().find(|row| row.key == "#INCLUDE");
+    assert!(
+        row.is_some_and(|row| row.value == "axes.inc" && row.note.starts_with("not read")),
+        "{row:?}"
+    );
+}
+
 #[test]
 fn linuxcnc_trunnion_pins() {
     let axes = "[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = inch\n[JOINT_0]\nMAX_VELOCITY = 2\n[JOINT_1]\nMAX_VELOCITY = 2\n[JOINT_2]\nMAX_VELOCITY = 2\n[JOINT_3]\nMAX_VELOCITY = 30\n[JOINT_4]\nMAX_VELOCITY = 30\n";
