@@ -282,6 +282,12 @@ kinds {
         says("there is no tool table: tool {tool} has no length"),
         "A tool's length is asked for, and there is no tool table.",
         "Name the tool table; without it every length is 0.";
+    NoToolRadius { tool: i32 } => warning "no-tool-radius",
+        says("the radius of tool {tool} is not known: the path is compensated with radius 0"),
+        "Cutter compensation with a tool whose radius is not known.",
+        "Name a tool table in which the tool has a diameter; without it the path of the part is \
+         that of the tool's centre.",
+        hint "name a tool table in which the tool has a diameter";
     NoToolSelected => error "no-tool-selected",
         says("M6 before any T"),
         "M6 before any T.",

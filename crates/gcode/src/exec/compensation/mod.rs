@@ -31,15 +31,16 @@ pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     // Without a table every tool is accepted, with radius zero.
     let number = exec.named_tool(code, b'D')?;
     exec.check_tool(number)?;
-    if exec.tools.is_none() && number != 0 {
-        exec.warnings.push(Problem::NoToolTable { tool: number });
-    }
     let tool = exec
         .tools
         .as_ref()
         .and_then(|table| table.get(number))
         .copied()
         .unwrap_or_default();
+    // D0 is no tool: radius 0 is what it asks for. A tool without a diameter is not known well.
+    if number != 0 && tool.diameter == 0.0 {
+        exec.warnings.push(Problem::NoToolRadius { tool: number });
+    }
     let diameter = exec
         .config
         .machine_units
