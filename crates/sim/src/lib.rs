@@ -23,7 +23,7 @@ pub mod time;
 pub use error::{SimError, SinkError, TravelExcess};
 pub use machine::{Machine, presets};
 pub use motion::interpreter_config;
-pub use observer::{ContourPoint, Observer, Progress};
+pub use observer::{ContourPoint, MotorPoint, Observer, Progress};
 pub use options::{BowLimit, Intervention, SimulateOptions};
 pub use program::Program;
 pub use results::Run;

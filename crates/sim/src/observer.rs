@@ -2,7 +2,9 @@
 
 use crate::error::SimError;
 use crate::results::{BlockResult, ReversalResult};
-use lostmotion_base::BlockRef;
+use lostmotion_base::{AxisId, BlockRef};
+use lostmotion_drive::Engagement;
+use lostmotion_drive::config::AxisUnit;
 use std::ops::ControlFlow;
 
 /// One servo tick of the contour as a machine cut it.
@@ -34,6 +36,32 @@ pub struct ContourPoint {
     pub rapid: bool,
     /// The block.
     pub block: BlockRef,
+}
+
+/// One motor of an axis at one servo tick, in the unit of its description (mm, deg or rad).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MotorPoint {
+    /// Time, s.
+    pub time_s: f64,
+    /// The axis.
+    pub axis: AxisId,
+    /// Whether it is the second motor of a gantry.
+    pub second: bool,
+    /// Unit of the positions.
+    pub unit: AxisUnit,
+    /// Reference of the servo, which is behind the command by the interpolator's delay.
+    pub reference: f64,
+    /// Motor position, at the load's side of the transmission.
+    pub motor: f64,
+    /// Load position.
+    pub load: f64,
+    /// Torque-forming current, A.
+    pub current_a: f64,
+    /// Motor torque, N m.
+    pub torque_nm: f64,
+    /// Which flank of the gap is in contact.
+    pub engagement: Engagement,
 }
 
 /// How far a run is.
@@ -101,6 +129,15 @@ pub trait Observer: Send {
     fn wants_contour(&self) -> bool {
         false
     }
+
+    /// Signals of all motors at all servo ticks: for each tick the motors of the axes in their
+    /// order, then the second motor of a gantry. Only called if [`Observer::wants_motors`].
+    fn motors(&mut self, _method: usize, _points: &[MotorPoint]) {}
+
+    /// Whether the signals of the motors are wanted; keeping them costs time.
+    fn wants_motors(&self) -> bool {
+        false
+    }
 }
 
 /// A function that is told the progress and says whether to go on.
@@ -141,5 +178,12 @@ impl Audience<'_> {
         self.observer
             .as_ref()
             .is_some_and(|observer| observer.wants_contour())
+    }
+
+    /// Whether the signals of the motors are wanted.
+    pub(crate) fn wants_motors(&self) -> bool {
+        self.observer
+            .as_ref()
+            .is_some_and(|observer| observer.wants_motors())
     }
 }

@@ -1,12 +1,13 @@
 //! What a run shows and writes while it goes on.
 
+use super::simulate::Trace;
 use crate::output::{Failure, Progress, create_folder};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
-use lostmotion::report::csv::{BlockWriter, ContourWriter, ReversalWriter};
+use lostmotion::report::csv::{BlockWriter, ContourWriter, MotorWriter, ReversalWriter};
 use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
 use lostmotion::report::{WriteError, number};
 use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult};
-use lostmotion::sim::{ContourPoint, Observer};
+use lostmotion::sim::{ContourPoint, MotorPoint, Observer};
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -20,6 +21,7 @@ struct RunFiles {
     blocks: BlockWriter<AtomicFile>,
     reversals: ReversalWriter<AtomicFile>,
     contour: Option<ContourWriter<AtomicFile>>,
+    motors: Option<MotorWriter<AtomicFile>>,
     traces: Vec<TraceRecorder>,
     failed: Option<io::Error>,
     /// Last, so that it goes when the files in it are gone and can take a folder that it made
@@ -39,14 +41,21 @@ fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
 }
 
 impl RunFiles {
-    fn new(path: &Path, methods: usize, trace: bool) -> Result<RunFiles, Failure> {
+    fn new(path: &Path, methods: usize, trace: &Trace) -> Result<RunFiles, Failure> {
+        let range = trace.range()?;
         let folder = create_folder(path)?;
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
         let reversals =
             ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
         // A row a servo tick makes gigabytes of an hour: only on request.
-        let contour = if trace {
-            Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?)
+        let contour = if trace.trace {
+            let file = folder.file("contour.csv")?;
+            Some(ContourWriter::new(file, range).map_err(io_error(&folder))?)
+        } else {
+            None
+        };
+        let motors = if trace.trace_motors {
+            Some(MotorWriter::new(folder.file("motors.csv")?, range))
         } else {
             None
         };
@@ -58,6 +67,7 @@ impl RunFiles {
             blocks,
             reversals,
             contour,
+            motors,
             traces,
             failed: None,
             folder,
@@ -94,14 +104,18 @@ impl RunFiles {
 }
 
 impl Record {
-    /// Starts watching a run of these methods; `out` is the folder for files, `trace` adds every
-    /// sample.
+    /// Starts watching a run of these methods; `out` is the folder for files, `trace` what is
+    /// written of every servo tick.
     pub(crate) fn new(
         out: Option<&Path>,
-        trace: bool,
+        trace: &Trace,
         methods: &[String],
         quiet: bool,
     ) -> Result<Record, Failure> {
+        if out.is_none() {
+            // Wrong without a folder, too.
+            trace.range()?;
+        }
         let files = out
             .map(|path| RunFiles::new(path, methods.len(), trace))
             .transpose()?;
@@ -150,6 +164,7 @@ impl Record {
         // All files are completed before the folder names the first of them.
         let mut done = vec![files.blocks.finish(), files.reversals.finish()];
         done.extend(files.contour.map(ContourWriter::finish));
+        done.extend(files.motors.map(MotorWriter::finish));
         for file in done {
             let file = file.map_err(io_error(folder))?;
             folder.add(file);
@@ -231,6 +246,22 @@ impl Observer for Record {
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
         if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
             files.contour(method, name, points);
+        }
+    }
+
+    fn wants_motors(&self) -> bool {
+        self.files
+            .as_ref()
+            .is_some_and(|files| files.motors.is_some())
+    }
+
+    fn motors(&mut self, method: usize, points: &[MotorPoint]) {
+        let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) else {
+            return;
+        };
+        if let Some(writer) = &mut files.motors {
+            let result = writer.push(name, points);
+            files.keep(result);
         }
     }
 }

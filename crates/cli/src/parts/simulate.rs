@@ -12,10 +12,68 @@ use crate::options::{
 use crate::output::{DONE, FOUND, Failure, remark};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
+use lostmotion::report::csv::TraceRange;
 use lostmotion::report::text;
 use lostmotion::report::text::TextOptions;
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 use std::path::PathBuf;
+
+/// What is written of every servo tick.
+#[derive(Debug, Args)]
+pub(crate) struct Trace {
+    /// Also write contour.csv: contour error and places of command and tool at every servo tick
+    #[arg(long, requires = "out")]
+    pub(crate) trace: bool,
+    /// Also write motors.csv: reference, motor, load, current, torque and engagement of every axis
+    /// at every servo tick
+    #[arg(long, requires = "out")]
+    pub(crate) trace_motors: bool,
+    /// Write traces from this time on, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
+    pub(crate) from: Option<f64>,
+    /// Write traces up to this time, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
+    pub(crate) to: Option<f64>,
+    /// Of so many servo ticks write only those with the peaks
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub(crate) every: Option<u64>,
+}
+
+impl Trace {
+    /// The ticks to write.
+    fn range(&self) -> Result<TraceRange, Failure> {
+        let given = [
+            ("--from", self.from.is_some()),
+            ("--to", self.to.is_some()),
+            ("--every", self.every.is_some()),
+        ];
+        // Without a trace they would do nothing, in silence.
+        if let Some((flag, _)) = given.iter().find(|(_, given)| *given)
+            && !(self.trace || self.trace_motors)
+        {
+            return Err(Failure::with_hint(
+                format!("{flag} is for --trace and --trace-motors; neither is given"),
+                "add --trace",
+            ));
+        }
+        let defaults = TraceRange::default();
+        let range = TraceRange {
+            from_s: self.from.unwrap_or(defaults.from_s),
+            to_s: self.to.unwrap_or(defaults.to_s),
+            every: self.every.unwrap_or(defaults.every),
+        };
+        if range.every == 0 {
+            return Err(Failure::message("--every is 0; it has to be 1 or above"));
+        }
+        if !(range.from_s <= range.to_s) {
+            return Err(Failure::message(format!(
+                "--to is {}; it has to be at least --from, {}",
+                range.to_s, range.from_s
+            )));
+        }
+        Ok(range)
+    }
+}
 
 /// What `simulate` and `compare` share.
 #[derive(Debug, Args)]
@@ -41,9 +99,8 @@ pub(crate) struct Run {
     /// Folder for result, tables and picture; made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Also write every sample of the contour error (needs --out; a row a servo tick)
-    #[arg(long, requires = "out")]
-    pub(crate) trace: bool,
+    #[command(flatten)]
+    pub(crate) trace: Trace,
     /// Tell the methods that may know it the gap of an axis, from a result of `axis fit`
     /// (`fitted-lookup` needs one, and also uses the load of `axis fit --motor-only`); y2 is the
     /// second motor of a gantry's Y; may be repeated
@@ -178,7 +235,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     };
     let methods = std::slice::from_ref(&label);
     // The folder is made first: a wrong one must not cost the run.
-    let mut record = Record::new(run.out.as_deref(), run.trace, methods, voice.quiet)?;
+    let mut record = Record::new(run.out.as_deref(), &run.trace, methods, voice.quiet)?;
     let simulation = simulation
         .options(options.clone())
         .observer(&mut record)
@@ -214,7 +271,7 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     // A document on stderr must not have a sentence before it.
     let quiet = voice.quiet || voice.diagnostics != Form::Text;
     let methods = compared(named, &machine, quiet)?;
-    let mut record = Record::new(run.out.as_deref(), run.trace, &methods, voice.quiet)?;
+    let mut record = Record::new(run.out.as_deref(), &run.trace, &methods, voice.quiet)?;
     let comparison = Simulation::new(&program, &machine)
         .methods(&methods)
         .options(options.clone())

@@ -276,3 +276,102 @@ fn embedded_machines_are_checked_by_name() {
     );
     assert!(text(folder.path(), 2, &["machine", "check", "vmc9"]).contains("vmc9"));
 }
+
+/// Cells of a column of a table, by its name.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let at = lines
+        .next()
+        .and_then(|header| header.split(',').position(|cell| cell == name))
+        .unwrap_or_else(|| panic!("a column {name}"));
+    lines
+        .map(|line| line.split(',').nth(at).unwrap().parse().unwrap())
+        .collect()
+}
+
+#[test]
+fn traces_have_every_tick_or_a_window_or_the_peaks() {
+    let folder = part();
+    let at = folder.path();
+    let traces = |out: &str, more: &[&str]| {
+        let mut arguments = vec![
+            "simulate",
+            "line.ngc",
+            "-m",
+            "bench3",
+            "--trace",
+            "--trace-motors",
+            "--out",
+            out,
+        ];
+        arguments.extend(more);
+        text(at, 0, &arguments);
+        ["contour.csv", "motors.csv"]
+            .map(|name| std::fs::read_to_string(at.join(out).join(name)).unwrap())
+    };
+    let [contour, motors] = traces("all", &[]);
+    let times = column(&contour, "t_s");
+    assert!(
+        times
+            .windows(2)
+            .all(|pair| (pair[1] - pair[0] - 250e-6).abs() < 1e-9)
+    );
+    assert_eq!(times, column(&motors, "t_s"));
+    // Half of a gap of 20 um is missing on the way back; the tool is where error and foot say.
+    let (load, reference) = (
+        column(&motors, "x_load_mm"),
+        column(&motors, "x_reference_mm"),
+    );
+    let last = load.len() - 1;
+    assert!((load[last] - reference[last]).abs() < 0.05 && load[last].abs() < 0.05);
+    assert!((column(&contour, "tool_x_mm")[last] - load[last]).abs() < 1e-6);
+    // A window: the same rows and no others.
+    let [window, _] = traces("window", &["--from", "0.5", "--to", "0.75"]);
+    let inside = |time: &&f64| (0.5..=0.75).contains(*time);
+    assert_eq!(
+        column(&window, "t_s"),
+        times.iter().filter(inside).copied().collect::<Vec<_>>()
+    );
+    // Thinned out: few rows, and the peaks of the full table.
+    let [few, few_motors] = traces("few", &["--every", "400"]);
+    let peak = |table: &str, name: &str| {
+        column(table, name)
+            .into_iter()
+            .fold(0.0, |most: f64, value| most.max(value.abs()))
+    };
+    for (name, table, thin) in [
+        ("error_um", &contour, &few),
+        ("backlash_um", &contour, &few),
+        ("x_current_a", &motors, &few_motors),
+    ] {
+        assert_eq!(
+            peak(table, name).to_bits(),
+            peak(thin, name).to_bits(),
+            "{name}"
+        );
+        assert!(thin.lines().count() <= 2 + 2 * (times.len() / 400 + 1));
+    }
+}
+
+#[test]
+fn what_thins_a_trace_out_needs_one() {
+    let folder = part();
+    let refused = |more: &[&str]| {
+        let mut arguments = vec!["simulate", "line.ngc", "-m", "bench3"];
+        arguments.extend(more);
+        text(folder.path(), 2, &arguments)
+    };
+    assert!(refused(&["--from", "1"]).contains("--from is for --trace"));
+    for (wrong, told) in [
+        (["--every", "0"], "--every is 0; it has to be 1 or above"),
+        (
+            ["--to", "-1"],
+            "--to is -1; it has to be at least --from, 0",
+        ),
+    ] {
+        let mut more = vec!["--trace", "--out", "o"];
+        more.extend(wrong);
+        assert!(refused(&more).contains(told), "{}", refused(&more));
+    }
+    assert!(!folder.path().join("o").exists());
+}

@@ -10,8 +10,10 @@ mod motion;
 mod results;
 mod rows;
 mod setpoints;
+mod trace;
 
 pub use log::{AxisLog, read_log, read_motor_log};
 pub use motion::{AxisTraceWriter, PlanWriter};
-pub use results::{BlockWriter, ContourWriter, ReversalWriter, TimeWriter};
+pub use results::{BlockWriter, ReversalWriter, TimeWriter};
 pub use setpoints::{SetpointReader, SetpointSource};
+pub use trace::{ContourWriter, MotorWriter, TraceRange};

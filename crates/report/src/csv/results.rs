@@ -1,7 +1,6 @@
-//! Tables of results: blocks, reversals, times of blocks, contour errors; a row each.
+//! Tables of results: blocks, reversals, times of blocks; a row each.
 
 use super::rows::{ERROR_DECIMALS, Rows};
-use lostmotion_sim::ContourPoint;
 use lostmotion_sim::results::{BlockResult, Cause, ReversalResult};
 use lostmotion_sim::time::results::{BlockTime, TimeKind};
 use std::io::{self, Write};
@@ -214,90 +213,6 @@ impl<W: Write> TimeWriter<W> {
                     .map_or("", |limit| limit.limit.as_str()),
             );
             rows.number(block.limits.first().map_or(0.0, |limit| limit.share), 4);
-            rows.end()?;
-        }
-        Ok(())
-    }
-
-    /// Writes what is left and gives the writer back.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn finish(self) -> io::Result<W> {
-        self.rows.finish()
-    }
-}
-
-/// Columns of [`ContourWriter`].
-const CONTOUR_COLUMNS: [&str; 20] = [
-    "method",
-    "t_s",
-    "foot_x_mm",
-    "foot_y_mm",
-    "foot_z_mm",
-    "normal_x",
-    "normal_y",
-    "normal_z",
-    "error_um",
-    "backlash_um",
-    "rapid",
-    "file",
-    "line",
-    "commanded_x_mm",
-    "commanded_y_mm",
-    "commanded_z_mm",
-    "tool_x_mm",
-    "tool_y_mm",
-    "tool_z_mm",
-    "moving",
-];
-
-/// Writes the fields of [`ContourPoint`] with the method's name before them.
-#[derive(Debug)]
-pub struct ContourWriter<W> {
-    rows: Rows<W>,
-}
-
-impl<W: Write> ContourWriter<W> {
-    /// Starts the table.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn new(out: W) -> io::Result<ContourWriter<W>> {
-        Ok(ContourWriter {
-            rows: Rows::new(out, CONTOUR_COLUMNS)?,
-        })
-    }
-
-    /// Appends rows.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn push(&mut self, method: &str, points: &[ContourPoint]) -> io::Result<()> {
-        for point in points {
-            let rows = &mut self.rows;
-            rows.text(method);
-            rows.number(point.time_s, 6);
-            for coordinate in point.foot_mm {
-                rows.number(coordinate, 6);
-            }
-            // The error counts positive along this normal: both are needed to draw where the tool
-            // was.
-            for component in point.normal {
-                rows.number(component, 6);
-            }
-            rows.number(point.error_um, ERROR_DECIMALS);
-            rows.number(point.backlash_um, ERROR_DECIMALS);
-            // Rapids are in the table, too: sums over cutting moves leave them out by this column.
-            rows.integer(u64::from(point.rapid));
-            rows.integer(u64::from(point.block.span.file));
-            rows.integer(u64::from(point.block.span.line));
-            // Where the tool should be and where it is: the foot point and the error along the normal
-            // do not tell in space, nor at a corner.
-            for coordinate in point.commanded_mm.into_iter().chain(point.actual_mm) {
-                rows.number(coordinate, 6);
-            }
-            rows.integer(u64::from(point.moving));
             rows.end()?;
         }
         Ok(())

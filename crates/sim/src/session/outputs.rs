@@ -1,7 +1,9 @@
 //! What all axes of all variants did in the last chunk, as the rest of the session asks for it.
 
 use crate::machine::{Gantry, MachineAxis};
+use crate::observer::MotorPoint;
 use lostmotion_base::{AxisId, Coords};
+use lostmotion_drive::config::AxisUnit;
 use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_plan::Sample;
 
@@ -65,6 +67,10 @@ pub(crate) struct AxisInfo {
     /// Total gap in axis units.
     pub(crate) gap: f64,
     pub(crate) current_limit_a: f64,
+    /// Unit of its description.
+    pub(crate) unit: AxisUnit,
+    /// Axis units for one radian of its motor.
+    pub(crate) units_per_rad: f64,
 }
 
 impl AxisInfo {
@@ -75,6 +81,8 @@ impl AxisInfo {
             rotary: axis.is_rotary(),
             gap: axis.config.gap_in_unit(),
             current_limit_a: axis.config.drive.current_limit_a,
+            unit: axis.config.unit(),
+            units_per_rad: 1.0 / axis.config.transmission.motor_rad_per_unit(),
         }
     }
 }
@@ -111,6 +119,42 @@ impl Outputs {
             self.end(variant, beam.axis, servo_sample)
                 - self.end(variant, self.axes.len(), servo_sample),
         )
+    }
+
+    /// Signals of all motors of a variant at a servo sample of the last chunk; none where the lanes
+    /// keep no trace.
+    pub(crate) fn motors(
+        &self,
+        variant: usize,
+        servo_sample: usize,
+        time_s: f64,
+    ) -> impl Iterator<Item = MotorPoint> {
+        // The second motor of a gantry has its axis' unit and, as its lane, the place behind all
+        // axes; its transmission may be its own.
+        let second = self.gantry.as_ref().and_then(|beam| {
+            let per_rad = 1.0 / beam.gantry.second.transmission.motor_rad_per_unit();
+            Some((self.axes.get(beam.axis)?, per_rad, self.axes.len(), true))
+        });
+        let firsts = self.axes.iter().enumerate();
+        let firsts = firsts.map(|(index, info)| (info, info.units_per_rad, index, false));
+        firsts
+            .chain(second)
+            .filter_map(move |(info, per_rad, place, second)| {
+                let lane = self.lane(variant, place);
+                let sample = self.lanes[lane].trace.as_ref()?.get(servo_sample)?;
+                Some(MotorPoint {
+                    time_s,
+                    axis: info.id,
+                    second,
+                    unit: info.unit,
+                    reference: sample.reference.position * per_rad,
+                    motor: sample.motor_position * per_rad,
+                    load: sample.load_position * per_rad - self.datums[lane],
+                    current_a: sample.current,
+                    torque_nm: sample.torque,
+                    engagement: sample.engagement,
+                })
+            })
     }
 
     /// The axis of a gantry.

@@ -7,7 +7,7 @@ use super::rows;
 use super::stepper::Stepper;
 use crate::error::SimError;
 use crate::method::Choice;
-use crate::observer::{Audience, Observer};
+use crate::observer::{Audience, MotorPoint, Observer};
 use crate::options::MAX_THREADS;
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
@@ -90,7 +90,7 @@ fn run_on(
     // Variant 0 is the reference: what servo and command leave without a gap. Every method's error
     // is split against it.
     variants.extend(choices.iter().map(Variant::with_gap));
-    let mut stepper = Stepper::new(setup, &variants, threads, false)?;
+    let mut stepper = Stepper::new(setup, &variants, threads, audience.wants_motors())?;
     let mut judge = Judge::new(setup, &stepper, variants.len(), audience.wants_contour());
     let mut texts = audience
         .observer
@@ -104,6 +104,9 @@ fn run_on(
         if let (Some(observer), Some(texts)) = (&mut audience.observer, &mut texts) {
             judge.report_rows(*observer, texts);
             judge.report_contour(*observer);
+            if observer.wants_motors() {
+                report_motors(*observer, &stepper, variants.len(), judge.servo);
+            }
         }
         // After the rows, so that a caller who cancels here has seen what was finished.
         audience.progress(stepper.progress())?;
@@ -247,5 +250,24 @@ impl Judge {
                 observer.reversals(method, &reversals);
             }
         }
+    }
+}
+
+/// Hands out the signals of all motors of the last chunk, method by method.
+fn report_motors(observer: &mut dyn Observer, stepper: &Stepper, variants: usize, servo: Clock) {
+    // Variant 0 is the machine without a gap, which is no method.
+    for variant in WITHOUT_GAP + 1..variants {
+        let points: Vec<MotorPoint> = stepper
+            .frames
+            .iter()
+            .flat_map(|frame| {
+                let time_s = servo.seconds(frame.tick);
+                stepper
+                    .bank
+                    .outputs
+                    .motors(variant, frame.servo_sample, time_s)
+            })
+            .collect();
+        observer.motors(variant - 1, &points);
     }
 }
