@@ -41,7 +41,7 @@ pub(crate) struct Trace {
 
 impl Trace {
     /// The ticks to write.
-    fn range(&self) -> Result<TraceRange, Failure> {
+    pub(crate) fn range(&self) -> Result<TraceRange, Failure> {
         let given = [
             ("--from", self.from.is_some()),
             ("--to", self.to.is_some()),

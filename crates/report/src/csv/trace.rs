@@ -100,7 +100,12 @@ impl<T: Clone> Thinned<T> {
     }
 
     /// Adds a tick; the peaks of its group if it ends one.
-    fn push(&mut self, method: &str, sizes: [f64; 2], tick: &T) -> Option<impl Iterator<Item = T>> {
+    fn push(
+        &mut self,
+        method: &str,
+        sizes: [f64; 2],
+        tick: &T,
+    ) -> Option<impl Iterator<Item = T> + use<T>> {
         let known = self.methods.iter().position(|(name, _)| name == method);
         let index = known.unwrap_or_else(|| {
             self.methods.push((method.to_owned(), Peaks::new()));
