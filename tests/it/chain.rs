@@ -169,7 +169,7 @@ fn no_force_is_no_force_and_a_senseless_one_is_refused() {
             with(&machine, Some(force))
                 .unwrap_err()
                 .to_string()
-                .contains("cutting force"),
+                .contains("cutting_force_n is"),
             "{force}"
         );
     }
