@@ -10,6 +10,7 @@ pub(crate) mod time;
 use crate::findings::{Findings, Form, Voice};
 use crate::options::part::interpret;
 use crate::output::{Failure, stdout_columns, stdout_has_color};
+use lostmotion::base::units::number;
 use lostmotion::gcode::Severity;
 use lostmotion::report::{json, text::TextOptions};
 use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
@@ -31,7 +32,10 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
             condition,
         } => {
             let flag = flag_of(what);
-            return Failure::message(format!("{flag} is {value}; it has to be {condition}"));
+            return Failure::message(format!(
+                "{flag} is {}; it has to be {condition}",
+                number(*value)
+            ));
         }
         _ => return Failure::message(error.to_string()),
     };
