@@ -38,6 +38,16 @@ fn numbers_of_no_machine_are_refused_at_once() {
             &["--gap-rad is", "it has to be from 0.000001 to 3"],
         );
     }
+    // more force than a motor has throws the load out of any number
+    bench.refuses(
+        &["simulate", "part.ngc", "--cutting-force-n", "1e6"],
+        &["is not finite", "hint: a simulated axis has run away"],
+    );
+    let deep = format!("{}=1", ["a"; 20_000].join("."));
+    bench.refuses(
+        &["simulate", "part.ngc", "--set", &deep],
+        &["is not a key", "hint: a key is like axis.x"],
+    );
     bench.file("far.csv", "t_s,position\n0,0\n0.001,1e300\n");
     bench.file("two.csv", "t_s,position,position\n0,0,1\n");
     for (file, said) in [
