@@ -148,17 +148,17 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
     if like.gantry().is_some_and(|gantry| !axes.keeps(gantry.axis)) {
         draft.remove_tables("gantry");
     }
-    // The `{:?}` form of text is quoted and escaped, as TOML wants it; that of numbers keeps their
-    // point. Of control characters TOML writes the escapes otherwise.
+    // A name is told in messages and tables, a line each.
     if args.name.chars().any(char::is_control) {
         return Err(Failure::with_hint(
             format!("the name is {:?}; it has to be one line of text", args.name),
             "leave out line ends, tabs and other control characters",
         ));
     }
-    draft.set("", "name", &format!("{:?}", args.name));
+    draft.set("", "name", &quoted(&args.name));
     let described = format!("as {}, with what was given", preset.name);
-    draft.set("", "description", &format!("{described:?}"));
+    draft.set("", "description", &quoted(&described));
+    // The `{:?}` form of numbers keeps their point, which TOML wants.
     if let Some(um) = args.tolerance_um {
         let um = finite("--tolerance-um", um)?;
         draft.set("simulate", "tolerance_um", &format!("{um:?}"));
@@ -209,6 +209,11 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
     Machine::check_toml(&name, &text).map_err(|error| failure(&error))?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("-"));
     write_text(&out, &text)
+}
+
+/// A text without control characters as TOML has it.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 /// The letter of an axis as keys have it.

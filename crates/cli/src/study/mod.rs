@@ -139,6 +139,12 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
 fn cell(args: &CellArgs) -> Result<u8, Failure> {
     let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
     let methods = methods(std::slice::from_ref(&args.method))?;
+    if let Some(path) = args.out.as_ref().filter(|_| args.out == args.program) {
+        return Err(Failure::with_hint(
+            format!("--out and --program are both {}", path.display()),
+            "name a file for each",
+        ));
+    }
     if let Some(path) = &args.program {
         let mut file = output::create(path)?;
         file.write_all(motion_program(&cell).as_bytes())

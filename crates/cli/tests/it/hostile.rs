@@ -100,6 +100,11 @@ fn what_is_read_is_not_written_over() {
         }
         assert_eq!(std::fs::read(bench.path(file)).unwrap(), before);
     }
+    let cell = "circle5-f10000-ccw-g20-t10-v0-j1-e20-steady";
+    bench.refuses(
+        &["study", "cell", cell, "--out", "a", "--program", "a"],
+        &["--out and --program are both a"],
+    );
     // `-` is no folder, and is not made one
     bench.refuses(
         &["study", "matrix", "--cells", "1", "--out", "-"],

@@ -394,6 +394,12 @@ fn a_new_machine_takes_letters_in_either_case_and_moves_what_would_lie_outside()
         given(&bench, &["--axes", "X,Z"]),
         given(&bench, &["--axes", "x,z"])
     );
+    // what a name may hold
+    let name = "my \"mill\" \\ 2\u{200b}e\u{301}";
+    let text = bench.expect(0, &["machine", "new", name]);
+    bench.file("named.toml", &text);
+    let said = bench.expect(0, &["check", "empty.ngc", "-m", "named.toml"]);
+    assert!(said.contains(name), "{said}");
     // G54 to the middle, G55 at -321 too, and the tool change to the nearer end
     let short = ["--travel", "X=-300,0", "--gap", "X=3"];
     let expected = [

@@ -249,7 +249,7 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
 fn places_are_those_of_the_file() {
     let told = |text: &[u8]| {
         SetpointReader::new(text, "in.csv", SetpointSource::Position, Clock::CNC)
-            .and_then(|reader| reader.collect::<Result<Vec<Setpoint>, _>>())
+            .and_then(Iterator::collect::<Result<Vec<Setpoint>, _>>)
             .unwrap_err()
             .to_string()
     };
