@@ -29,3 +29,20 @@ pub fn deg(radians: f64) -> f64 {
 pub fn mm_per_s(mm_per_min: f64) -> f64 {
     mm_per_min / 60.0
 }
+
+/// A number as people write it: with an exponent where it is very large or small.
+///
+/// ```
+/// use lostmotion_base::units::number;
+///
+/// assert_eq!(number(-0.25), "-0.25");
+/// assert_eq!(number(1e300), "1e300");
+/// ```
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if size.is_finite() && size > 0.0 && !(1e-4..1e7).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}

@@ -98,6 +98,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let axis = axis(&args.axis, &set_changes(&args.set)?)?;
     let cycles = args.cycles.over(axis.cycles)?;
     let file = input::open(&args.setpoints, "setpoint file")?;
+    output::refuse_input(&args.out, &args.setpoints, "setpoint file")?;
     let source = args
         .column
         .as_deref()
@@ -260,6 +261,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         .transpose()?;
     let name = args.log.display().to_string();
     let input = input::open(&args.log, "log")?;
+    output::refuse_input(&args.out, &args.log, "log")?;
     // A file that cannot be written is found before the fit, not after it.
     let file = output::create(&args.out)?;
     let log = if args.motor_only {

@@ -2,6 +2,7 @@
 
 use crate::input;
 use crate::output::Failure;
+use lostmotion::base::units::number;
 use lostmotion::drive::config::{AxisUnit, Gap};
 use lostmotion::identify::BacklashFit;
 use lostmotion::methods::AxisConfig;
@@ -95,10 +96,18 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
         )));
     }
     // The total gap at the load, in the log's unit, becomes an angle of the motor.
+    let gap_rad = result.gap * rad_per_unit(config, unit, &shown)?;
+    // A gap beyond what the axis may have shows a log of another axis.
+    let with_gap = config.with_gap(gap_rad / config.transmission.motor_rad_per_unit());
+    with_gap.check().map_err(|error| {
+        let gap = number(result.gap);
+        Failure::message(format!(
+            "{shown}: gap is {gap} {}, which the axis cannot have: {error}",
+            result.unit
+        ))
+    })?;
     let mut told = config.clone();
-    told.compensation.tell_gap(Gap::MotorRad(
-        result.gap * rad_per_unit(config, unit, &shown)?,
-    ));
+    told.compensation.tell_gap(Gap::MotorRad(gap_rad));
     // Without the axis the fit counts in the log's units: its load would be wrong by a factor.
     told.compensation.fitted_lookup.load = result
         .fit
@@ -110,7 +119,6 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             coulomb_nm: load.coulomb_nm,
             constant_nm: load.constant_nm,
         });
-    // A gap beyond what the axis may have shows a log of another axis.
     told.check()
         .map_err(|error| Failure::message(format!("{shown}: {error}")))?;
     Ok(told)

@@ -173,13 +173,29 @@ pub(crate) fn create(path: &Path) -> Result<AtomicFile, Failure> {
     Ok(AtomicFile::create(path)?)
 }
 
+/// Refuses to write over what is read: it would be lost.
+pub(crate) fn refuse_input(out: &Path, input: &Path, what: &str) -> Result<(), Failure> {
+    // On true paths: links and `..` may lead to one file.
+    let (Ok(to), Ok(from)) = (out.canonicalize(), input.canonicalize()) else {
+        return Ok(());
+    };
+    if to == from && to.is_file() {
+        return Err(Failure::with_hint(
+            format!("the output {} is the {what}", out.display()),
+            "name another file: what is read would be lost",
+        ));
+    }
+    Ok(())
+}
+
 /// Opens a folder for results, made if it does not exist.
 pub(crate) fn create_folder(path: &Path) -> Result<OutputFolder, Failure> {
     refuse_standard(path, "a folder")?;
     Ok(OutputFolder::create(path)?)
 }
 
-fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure> {
+/// Refuses `-` where stdout cannot be meant.
+pub(crate) fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure> {
     if is_standard(path) {
         let hint = "this command writes no result to stdout; `./-` is a file or folder named so";
         return Err(Failure::with_hint(

@@ -123,7 +123,7 @@ pub enum LimitError {
         known: String,
     },
     /// Not a value for it.
-    #[error("`{value}` is no value for the limit `{name}`; it has to be {condition}")]
+    #[error("the limit `{name}` is `{value}`; it has to be {condition}")]
     Value {
         /// The limit.
         name: &'static str,
@@ -264,6 +264,13 @@ mod tests {
             assert!(limits.set(row.name, "NaN").is_err());
             assert!(limits.set(row.name, "-1").is_err());
         }
+        assert_eq!(
+            Limits::default()
+                .set("words", "abc")
+                .unwrap_err()
+                .to_string(),
+            "the limit `words` is `abc`; it has to be a whole number from 1"
+        );
         assert!(matches!(
             Limits::default().set("words", "1.5"),
             Err(LimitError::Value { .. })

@@ -95,6 +95,16 @@ pub enum ReadError {
         /// Another one.
         second: String,
     },
+    /// Two columns of one name.
+    #[error("{name}, line {line}: there are two columns `{column}`; rename or remove one")]
+    RepeatedColumn {
+        /// The file's name.
+        name: String,
+        /// Line of the header.
+        line: u64,
+        /// Their name.
+        column: String,
+    },
     /// A row with a different number of cells than the header.
     #[error("{name}, line {line}: {found} cells where the header has {wanted}")]
     Ragged {

@@ -1,7 +1,7 @@
 //! What ends a run without a result.
 
 use crate::machine::MachineError;
-use lostmotion_base::units::deg;
+use lostmotion_base::units::{deg, number};
 use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_contour::ContourError;
 use lostmotion_drive::AxisError;
@@ -143,7 +143,7 @@ pub enum SimError {
         source: AxisError,
     },
     /// A setting that makes no sense.
-    #[error("{what} is {value}; it has to be {condition}")]
+    #[error("{what} is {}; it has to be {condition}", number(*value))]
     Option {
         /// Which setting: the name of its field.
         what: &'static str,

@@ -27,5 +27,5 @@ pub use observer::{ContourPoint, MotorPoint, Observer, Progress};
 pub use options::{BowLimit, Intervention, SimulateOptions};
 pub use program::Program;
 pub use results::Run;
-pub use session::{Frame, TickSink, Ticks};
+pub use session::{Frame, SETTLE_S, TickSink, Ticks};
 pub use simulation::Simulation;

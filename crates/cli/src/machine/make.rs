@@ -8,9 +8,9 @@ use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::Machine;
 use lostmotion::sim::import::{ImportFormat, Row, import as imported};
 use lostmotion::sim::machine::presets;
+use lostmotion::sim::{Machine, machine::MachineAxis};
 use std::path::PathBuf;
 
 /// `machine import`.
@@ -41,6 +41,9 @@ fn formats() -> Names {
 pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
     let text = input::text(&args.file, "machine description")?;
     let name = args.file.display().to_string();
+    if let Some(out) = &args.out {
+        output::refuse_input(out, &args.file, "machine description")?;
+    }
     // The user's word goes before what the text looks like.
     let format = match &args.from {
         Some(from) => ImportFormat::NAMES
@@ -104,7 +107,8 @@ pub(crate) struct New {
     /// Axes that the machine has, of those of the preset, for example x,z; all, if left out
     #[arg(long, value_name = "AXES", value_delimiter = ',')]
     axes: Vec<char>,
-    /// Travel of an axis in machine coordinates, mm or deg, for example x=-500,0; may be repeated
+    /// Travel of an axis in machine coordinates, mm or deg, for example x=-500,0; part zero (G54)
+    /// goes to its middle; may be repeated
     #[arg(long, value_name = "AXIS=MIN,MAX", allow_hyphen_values = true)]
     travel: Vec<String>,
     /// Gap of an axis, um or arc seconds, for example x=25, or one value for all linear axes; may
@@ -135,44 +139,30 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
     let (Some(preset), Ok(like)) = (preset, Machine::preset(&args.preset)) else {
         return Err(machine_names().refusal(&args.preset));
     };
+    let axes = Axes::new(args, &like)?;
     let mut draft = Draft::new(preset.toml);
-    let known = |letter: char| {
-        let axis = AxisId::from_letter(letter).and_then(|id| like.axis(id));
-        axis.ok_or_else(|| {
-            Failure::with_hint(
-                format!("preset {} has no axis {letter}", preset.name),
-                format!("its axes: {}", like.drives().join(", ")),
-            )
-        })
-    };
-    // All letters are checked before anything is changed.
-    for letter in &args.axes {
-        known(*letter)?;
+    for letter in axes.left_out() {
+        draft.remove_axis(letter);
     }
-    if !args.axes.is_empty() {
-        for axis in like.axes() {
-            let letter = axis.id.letter().to_ascii_lowercase();
-            if !args.axes.contains(&letter) {
-                draft.remove_axis(letter);
-            }
-        }
+    // Without the axis that two motors drive there is no beam.
+    if like.gantry().is_some_and(|gantry| !axes.keeps(gantry.axis)) {
+        draft.remove_tables("gantry");
     }
-    // The `{:?}` form of text is quoted and escaped, as TOML wants it; that of numbers keeps their
-    // point.
-    draft.set("", "name", &format!("{:?}", args.name));
+    // A name is told in messages and tables, a line each.
+    if args.name.chars().any(char::is_control) {
+        return Err(Failure::with_hint(
+            format!("the name is {:?}; it has to be one line of text", args.name),
+            "leave out line ends, tabs and other control characters",
+        ));
+    }
+    draft.set("", "name", &quoted(&args.name));
     let described = format!("as {}, with what was given", preset.name);
-    draft.set("", "description", &format!("{described:?}"));
+    draft.set("", "description", &quoted(&described));
+    // The `{:?}` form of numbers keeps their point, which TOML wants.
     if let Some(um) = args.tolerance_um {
+        let um = finite("--tolerance-um", um)?;
         draft.set("simulate", "tolerance_um", &format!("{um:?}"));
     }
-    // A value without a letter is in mm: it cannot mean the rotary axes.
-    let linear: Vec<char> = like
-        .axes()
-        .iter()
-        .filter(|axis| !axis.is_rotary())
-        .map(|axis| axis.id.letter().to_ascii_lowercase())
-        .filter(|letter| args.axes.is_empty() || args.axes.contains(letter))
-        .collect();
     // The unit is in the key: one option means mm on a slide and degrees on a turntable.
     for (option, given, mm, deg) in [
         (
@@ -189,41 +179,22 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
         ),
         ("--jerk", &args.jerk, "jerk_mm_s3", "jerk_deg_s3"),
     ] {
-        for (letter, value) in values(option, given, &linear)? {
-            let key = if known(letter)?.is_rotary() { deg } else { mm };
-            draft.set(&format!("axis.{letter}.limits"), key, &format!("{value:?}"));
+        for (axis, value) in axes.values(option, given)? {
+            let key = if axis.is_rotary() { deg } else { mm };
+            let limits = format!("axis.{}.limits", lower(axis.id));
+            draft.set(&limits, key, &format!("{value:?}"));
         }
     }
-    for (letter, value) in values("--gap", &args.gap, &linear)? {
-        known(letter)?;
-        draft.set_gap(letter, value);
+    for (axis, value) in axes.values("--gap", &args.gap)? {
+        draft.set_gap(lower(axis.id), value);
+        // Both ends of a beam, which may have a gap each.
+        if like.gantry().is_some_and(|gantry| gantry.axis == axis.id) {
+            draft.set("gantry", "second_gap_um", &format!("{value:?}"));
+        }
     }
     for option in &args.travel {
-        let (letter, [min, max]) = travel(option)?;
-        let unit = if known(letter)?.is_rotary() {
-            "deg"
-        } else {
-            "mm"
-        };
-        let limits = format!("axis.{letter}.limits");
-        draft.set(&limits, &format!("min_{unit}"), &format!("{min:?}"));
-        draft.set(&limits, &format!("max_{unit}"), &format!("{max:?}"));
-        // Part zero (G54) goes to the middle; the places that the machine goes to by itself are
-        // moved into the travel. Ends in the wrong order are left for the check below to refuse:
-        // `clamp` would panic on them.
-        let coordinate = format!("{letter}_{unit}");
-        draft.set(
-            "work_offset.g54",
-            &coordinate,
-            &format!("{:?}", 0.5 * (min + max)),
-        );
-        for home in ["home.g28", "home.g30"] {
-            draft.set(
-                home,
-                &coordinate,
-                &format!("{:?}", 0.0_f64.clamp(min, max.max(min))),
-            );
-        }
+        let (axis, ends) = axes.travel(option)?;
+        draft.set_travel(axis, ends, moves_alone(&like, axis.id));
     }
     let head = format!(
         "# Made by `lostmotion machine new` like the preset {}. Lines that end in `# given` are what was\n# asked for; everything else is the preset's, with its comments.\n\n",
@@ -240,51 +211,157 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
     write_text(&out, &text)
 }
 
-/// What `x=500` or `500` means: a value for an axis, or for each of all.
-fn values(option: &str, given: &[String], all: &[char]) -> Result<Vec<(char, f64)>, Failure> {
-    let mut found = Vec::new();
-    for text in given {
-        let (axes, number) = match text.split_once('=') {
-            Some((axis, number)) => (letter(option, text, axis).map(|axis| vec![axis])?, number),
-            None => (all.to_vec(), text.as_str()),
-        };
-        let value = number.trim().parse::<f64>().map_err(|_| {
-            Failure::with_hint(
-                format!("{option} {text}: `{number}` is not a number"),
-                format!("for example: {option} x=25"),
-            )
-        })?;
-        found.extend(axes.into_iter().map(|axis| (axis, value)));
-    }
-    Ok(found)
+/// A text without control characters as TOML has it.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// The axis letter in `x=500`.
-fn letter(option: &str, given: &str, axis: &str) -> Result<char, Failure> {
-    let mut letters = axis.trim().chars();
-    match (letters.next(), letters.next()) {
-        (Some(letter), None) => Ok(letter.to_ascii_lowercase()),
-        _ => Err(Failure::with_hint(
-            format!("{option} {given}: `{axis}` is not the letter of an axis"),
-            format!("for example: {option} x=25"),
-        )),
-    }
+/// The letter of an axis as keys have it.
+fn lower(axis: AxisId) -> char {
+    axis.letter().to_ascii_lowercase()
 }
 
-/// Axis and ends of `x=-500,0`.
-fn travel(option: &str) -> Result<(char, [f64; 2]), Failure> {
-    let wrong = || {
-        Failure::with_hint(
-            format!("--travel {option} is not of the form AXIS=MIN,MAX"),
-            "for example: --travel x=-500,0",
-        )
+/// Whether a program's word for an axis is the place of the joint of that letter: not on a machine
+/// whose joints are towers, belts or an arm.
+fn moves_alone(machine: &Machine, axis: AxisId) -> bool {
+    let Ok(kinematics) = machine.build_kinematics() else {
+        return false;
     };
-    let (axis, ends) = option.split_once('=').ok_or_else(wrong)?;
-    let (min, max) = ends.split_once(',').ok_or_else(wrong)?;
-    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
-    Ok((
-        letter("--travel", option, axis)?,
-        [number(min)?, number(max)?],
+    // The start is within reach of a checked machine. Seen from two places, so that a joint that
+    // happens to stand where the word says is not taken for it.
+    let is_same = |step: f64| {
+        let mut at = machine.start();
+        at[axis] += step;
+        let joints = kinematics.inverse(&at, &[0.0; 3]);
+        joints.is_ok_and(|joints| (joints[axis] - at[axis]).abs() < 1e-9)
+    };
+    is_same(0.0) && is_same(0.01)
+}
+
+/// Axes of a preset, and which of them the new machine keeps.
+struct Axes<'a> {
+    preset: &'a str,
+    like: &'a Machine,
+    /// All, if empty.
+    kept: Vec<AxisId>,
+}
+
+impl<'a> Axes<'a> {
+    fn new(args: &'a New, like: &'a Machine) -> Result<Axes<'a>, Failure> {
+        let mut axes = Axes {
+            preset: &args.preset,
+            like,
+            kept: Vec::new(),
+        };
+        // All letters are checked before anything is changed.
+        for letter in &args.axes {
+            let id = axes.known(*letter)?.id;
+            axes.kept.push(id);
+        }
+        Ok(axes)
+    }
+
+    fn keeps(&self, axis: AxisId) -> bool {
+        self.kept.is_empty() || self.kept.contains(&axis)
+    }
+
+    /// Letters of the axes that the new machine does not have.
+    fn left_out(&self) -> impl Iterator<Item = char> {
+        let axes = self.like.axes().iter();
+        axes.filter(|axis| !self.keeps(axis.id))
+            .map(|axis| lower(axis.id))
+    }
+
+    /// The preset's axis of a letter in either case.
+    fn known(&self, letter: char) -> Result<&'a MachineAxis, Failure> {
+        let axis = AxisId::from_letter(letter).and_then(|id| self.like.axis(id));
+        axis.ok_or_else(|| {
+            Failure::with_hint(
+                format!("preset {} has no axis {letter}", self.preset),
+                format!("its axes: {}", self.like.drives().join(", ")),
+            )
+        })
+    }
+
+    /// The axis that an option names, which has to be one that is kept.
+    fn named(&self, option: &str, given: &str, name: &str) -> Result<&'a MachineAxis, Failure> {
+        let mut letters = name.trim().chars();
+        let (Some(letter), None) = (letters.next(), letters.next()) else {
+            let example = if option == "--travel" { "-500,0" } else { "25" };
+            return Err(Failure::with_hint(
+                format!("{option} {given}: `{name}` is not the letter of an axis"),
+                format!("for example: {option} x={example}"),
+            ));
+        };
+        let axis = self.known(letter)?;
+        if self.keeps(axis.id) {
+            return Ok(axis);
+        }
+        Err(Failure::with_hint(
+            format!("{option} {given}: --axes leaves axis {letter} out"),
+            "name it in --axes, too, or leave the option out",
+        ))
+    }
+
+    /// What `x=500` or `500` means: a value for an axis, or for each linear one. A value without a
+    /// letter is in mm: it cannot mean the rotary axes.
+    fn values(
+        &self,
+        option: &str,
+        given: &[String],
+    ) -> Result<Vec<(&'a MachineAxis, f64)>, Failure> {
+        let mut found = Vec::new();
+        for text in given {
+            let (axes, number) = match text.split_once('=') {
+                Some((axis, number)) => (vec![self.named(option, text, axis)?], number),
+                None => {
+                    let axes = self.like.axes().iter();
+                    let linear = axes.filter(|axis| !axis.is_rotary() && self.keeps(axis.id));
+                    (linear.collect(), text.as_str())
+                }
+            };
+            let value = number.trim().parse().map_err(|_| {
+                Failure::with_hint(
+                    format!("{option} {text}: `{number}` is not a number"),
+                    format!("for example: {option} x=25"),
+                )
+            })?;
+            let value = finite(&format!("{option} {text}"), value)?;
+            found.extend(axes.into_iter().map(|axis| (axis, value)));
+        }
+        Ok(found)
+    }
+
+    /// Axis and ends of `x=-500,0`.
+    fn travel(&self, option: &str) -> Result<(&'a MachineAxis, [f64; 2]), Failure> {
+        let wrong = || {
+            Failure::with_hint(
+                format!("--travel {option} is not of the form AXIS=MIN,MAX"),
+                "for example: --travel x=-500,0",
+            )
+        };
+        let (axis, ends) = option.split_once('=').ok_or_else(wrong)?;
+        let (min, max) = ends.split_once(',').ok_or_else(wrong)?;
+        let number = |text: &str| {
+            let value = text.trim().parse().map_err(|_| wrong())?;
+            finite(&format!("--travel {option}"), value)
+        };
+        Ok((
+            self.named("--travel", option, axis)?,
+            [number(min)?, number(max)?],
+        ))
+    }
+}
+
+/// Refuses a value that a machine file cannot have: not a number, or without end.
+fn finite(place: &str, value: f64) -> Result<f64, Failure> {
+    if value.is_finite() {
+        // Without the sign of a zero, which would go into the file.
+        return Ok(value + 0.0);
+    }
+    Err(Failure::with_hint(
+        format!("{place}: the value is {value}; it has to be a finite number"),
+        "leave the option out to keep the preset's value",
     ))
 }
 
@@ -298,6 +375,15 @@ struct Draft {
 struct DraftTable {
     name: String,
     lines: Vec<String>,
+}
+
+impl DraftTable {
+    /// The value of a key, if it stands there as a number.
+    fn number(&self, key: &str) -> Option<f64> {
+        let line = self.lines.iter().find(|line| key_of(line) == key)?;
+        let (_, value) = line.split_once('=')?;
+        value.split('#').next()?.trim().parse().ok()
+    }
 }
 
 impl Draft {
@@ -350,43 +436,76 @@ impl Draft {
         }
     }
 
-    /// The gap of an axis, under the key that its load has. The second end of a gantry keeps its
-    /// own, `second_gap_um`.
+    /// The gap of an axis, under the key that its load has.
     fn set_gap(&mut self, axis: char, value: f64) {
-        let below = format!("axis.{axis}.load");
+        let below = format!("axis.{axis}.load.");
         // The load's table is named by its kind (slide, table, joint); the one with a gap is looked
         // for.
-        let load = self
-            .tables
-            .iter()
-            .find(|table| {
-                table.name.starts_with(&below)
-                    && table
-                        .lines
-                        .iter()
-                        .any(|line| key_of(line).starts_with("gap_"))
-            })
-            .map(|table| (table.name.clone(), table.lines.clone()));
+        let gap = self.tables.iter().find_map(|table| {
+            let keys = table.lines.iter().map(|line| key_of(line));
+            let key = keys.into_iter().find(|key| key.starts_with("gap_"))?;
+            let found = table.name.starts_with(&below);
+            found.then(|| (table.name.clone(), key.to_owned()))
+        });
         // An axis whose file gives no gap is taken for a slide.
-        let (table, lines) = load.unwrap_or_else(|| (format!("{below}.slide"), Vec::new()));
-        let key = lines
-            .iter()
-            .map(|line| key_of(line))
-            .find(|key| key.starts_with("gap_"));
-        let key = key.unwrap_or("gap_um").to_owned();
-        let value = match key.as_str() {
-            // Given in arc seconds; 3.6 of them are a millidegree.
-            "gap_mdeg" => value / 3.6,
-            "gap_deg" => value / 3600.0,
-            _ => value,
+        let (table, key) = gap.unwrap_or_else(|| (format!("{below}slide"), "gap_um".to_owned()));
+        // Given in arc seconds, where it is an angle; 3.6 of them are a millidegree.
+        let value = if key == "gap_mdeg" {
+            value / 3.6
+        } else {
+            value
         };
         self.set(&table, &key, &format!("{value:?}"));
     }
 
+    /// The travel of an axis. Where the axis' word in a program is its joint's place, part zero
+    /// (G54) goes to the middle, other work offsets that would lie outside, too, and the places
+    /// that the machine goes to by itself are moved into the travel.
+    fn set_travel(&mut self, axis: &MachineAxis, [min, max]: [f64; 2], moves_alone: bool) {
+        let letter = lower(axis.id);
+        let unit = if axis.is_rotary() { "deg" } else { "mm" };
+        let limits = format!("axis.{letter}.limits");
+        self.set(&limits, &format!("min_{unit}"), &format!("{min:?}"));
+        self.set(&limits, &format!("max_{unit}"), &format!("{max:?}"));
+        // Ends in the wrong order are left for the check of the whole file to refuse: there is no
+        // place between them.
+        if !moves_alone || min >= max {
+            return;
+        }
+        let key = format!("{letter}_{unit}");
+        let middle = 0.5 * (min + max);
+        self.set("work_offset.g54", &key, &format!("{middle:?}"));
+        // The homes are there whether the file has their tables or not.
+        let homes = ["home.g28", "home.g30"].map(str::to_owned);
+        let others = self.tables.iter().map(|table| table.name.clone());
+        let others = others.filter(|name| name.starts_with("work_offset.") || name == "start");
+        for name in others.chain(homes).collect::<Vec<_>>() {
+            let table = self.tables.iter().find(|table| table.name == name);
+            // A coordinate that is left out is 0.
+            let at = table.and_then(|table| table.number(&key));
+            let at = at.unwrap_or_default();
+            if (min..=max).contains(&at) {
+                continue;
+            }
+            let to = if name.starts_with("work_offset.") {
+                middle
+            } else {
+                at.clamp(min, max)
+            };
+            self.set(&name, &key, &format!("{to:?}"));
+        }
+    }
+
+    /// Takes a table and all below it away.
+    fn remove_tables(&mut self, name: &str) {
+        let below = format!("{name}.");
+        self.tables
+            .retain(|table| table.name != name && !table.name.starts_with(&below));
+    }
+
     /// Takes an axis and its coordinates away.
     fn remove_axis(&mut self, axis: char) {
-        let below = format!("axis.{axis}.");
-        self.tables.retain(|table| !table.name.starts_with(&below));
+        self.remove_tables(&format!("axis.{axis}"));
         let coordinates = [format!("{axis}_mm"), format!("{axis}_deg")];
         for table in &mut self.tables {
             // Positions name axes by their letters, and an axis that is gone must not be named.

@@ -291,6 +291,7 @@ pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure
 /// The machine with fitted gaps and loads, each given as `AXIS=FILE.json`, told to the methods that
 /// may know them; `y2` is the second motor of a gantry's Y.
 pub(crate) fn with_fits(mut machine: Machine, options: &[String]) -> Result<Machine, Failure> {
+    let mut told_before: Vec<String> = Vec::new();
     for option in options {
         let (name, file) = option.split_once('=').ok_or_else(|| {
             Failure::with_hint(
@@ -308,6 +309,15 @@ pub(crate) fn with_fits(mut machine: Machine, options: &[String]) -> Result<Mach
                 format!("its axes: {}", machine.drives().join(", ")),
             )
         })?;
+        // An axis has one gap: which of two fits is meant cannot be known.
+        let axis = name.to_ascii_lowercase();
+        if told_before.contains(&axis) {
+            return Err(Failure::with_hint(
+                format!("--fitted {option}: axis {axis} has a fit already"),
+                "give one result of `axis fit` for each axis",
+            ));
+        }
+        told_before.push(axis);
         // Each fit is told to the drive that it was measured on, the second motor of a gantry by
         // itself.
         let told = fits::with_fit(Path::new(file), drive)?;
@@ -333,7 +343,8 @@ fn letter_of(text: &str) -> Option<AxisId> {
 pub(crate) struct Drives {
     /// How the drives go from setpoint to setpoint: linear, cubic-differences, catmull-rom,
     /// cubic-hermite, quintic-hermite, b-spline, compensated-b-spline or quintic-differences, for
-    /// all axes or for one (x=linear); may be repeated
+    /// all axes or for one (x=linear; y2 is the second motor of a gantry's Y, y means both); may be
+    /// repeated
     #[arg(long, value_name = "[AXIS=]NAME")]
     pub(crate) interpolator: Vec<String>,
     #[command(flatten)]
@@ -403,27 +414,44 @@ impl Drives {
                 });
                 continue;
             };
-            let axis = letter_of(letter).and_then(|id| machine.axis(id));
-            let axis = axis.ok_or_else(|| {
+            let drive = machine.drive(letter).ok_or_else(|| {
                 Failure::with_hint(
                     format!(
                         "--interpolator {word}: machine \"{}\" has no axis \"{letter}\"",
                         machine.name()
                     ),
-                    "for example: --interpolator linear --interpolator x=quintic-hermite",
+                    format!(
+                        "its axes: {}; for example: --interpolator linear --interpolator x=quintic-hermite",
+                        machine.drives().join(", ")
+                    ),
                 )
             })?;
-            let config = AxisConfig {
-                interpolator: interpolator(name)?,
-                ..axis.config.clone()
+            let interpolator = interpolator(name)?;
+            let with = |config: &AxisConfig| AxisConfig {
+                interpolator,
+                ..config.clone()
             };
-            machine = machine.with_axis_config(axis.id, &config);
+            let config = with(drive);
+            machine = match letter_of(letter) {
+                // Both motors of a gantry follow one axis: its letter means them both.
+                Some(id) => {
+                    let second = machine.gantry().filter(|gantry| gantry.axis == id);
+                    let second = second.map(|gantry| with(&gantry.second));
+                    let machine = machine.with_axis_config(id, &config);
+                    second.map_or_else(
+                        || machine.clone(),
+                        |second| machine.with_second_config(&second),
+                    )
+                }
+                None => machine.with_second_config(&config),
+            };
         }
         // Interpolator and cycles may each be right and still not go together.
-        for axis in machine.axes() {
-            axis.config
-                .check()
-                .map_err(|error| Failure::message(format!("axis {}: {error}", axis.id)))?;
+        for name in machine.drives() {
+            if let Some(Err(error)) = machine.drive(&name).map(AxisConfig::check) {
+                let name = name.to_ascii_uppercase();
+                return Err(Failure::message(format!("axis {name}: {error}")));
+            }
         }
         Ok(machine)
     }

@@ -10,6 +10,8 @@ pub(crate) mod time;
 use crate::findings::{Findings, Form, Voice};
 use crate::options::part::interpret;
 use crate::output::{Failure, stdout_columns, stdout_has_color};
+use lostmotion::base::units::number;
+use lostmotion::contour::ContourError;
 use lostmotion::gcode::Severity;
 use lostmotion::report::{json, text::TextOptions};
 use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
@@ -31,7 +33,14 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
             condition,
         } => {
             let flag = flag_of(what);
-            return Failure::message(format!("{flag} is {value}; it has to be {condition}"));
+            return Failure::message(format!(
+                "{flag} is {}; it has to be {condition}",
+                number(*value)
+            ));
+        }
+        SimError::Contour(ContourError::NotFinite { .. }) => {
+            let hint = "a simulated axis has run away: `lostmotion machine check` tells whether its loops are stable; a force may be too much for its motor";
+            return Failure::with_hint(error.to_string(), hint);
         }
         _ => return Failure::message(error.to_string()),
     };

@@ -3,7 +3,7 @@
 
 use super::{failure, known_methods, methods};
 use crate::options::{Format, show, threads, whole};
-use crate::output::{DONE, Failure, Progress, create_folder};
+use crate::output::{DONE, Failure, Progress, create_folder, refuse_standard};
 use clap::{Args, ValueHint};
 use lostmotion::report::WriteError;
 use lostmotion_study::StudyError;
@@ -159,6 +159,7 @@ impl Journal {
     /// Opens the journal of a folder, which is made if it does not exist; begins it if there is
     /// none, or if asked to.
     fn open(folder: &Path, header: &Header, fresh: bool) -> Result<Journal, Failure> {
+        refuse_standard(folder, "a folder")?;
         if folder.exists() && !folder.is_dir() {
             return Err(WriteError::NotFolder {
                 path: folder.to_path_buf(),

@@ -5,7 +5,7 @@ mod matrix;
 use crate::options::{methods as known_methods, number};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, Subcommand, ValueHint};
-use lostmotion::base::Clock;
+use lostmotion::base::{Clock, units};
 use lostmotion::drive::AxisSample;
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only,
@@ -20,6 +20,7 @@ use lostmotion_study::matrix::motion::program as motion_program;
 use lostmotion_study::matrix::{Cell, CellResult, Traced, run_cell, table};
 use lostmotion_study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
 use std::io::{self, BufWriter, Write};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// `study`.
@@ -138,6 +139,12 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
 fn cell(args: &CellArgs) -> Result<u8, Failure> {
     let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
     let methods = methods(std::slice::from_ref(&args.method))?;
+    if let Some(path) = args.out.as_ref().filter(|_| args.out == args.program) {
+        return Err(Failure::with_hint(
+            format!("--out and --program are both {}", path.display()),
+            "name a file for each",
+        ));
+    }
     if let Some(path) = &args.program {
         let mut file = output::create(path)?;
         file.write_all(motion_program(&cell).as_bytes())
@@ -250,8 +257,25 @@ fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
     writeln!(out)
 }
 
+/// Gaps that a coupler may have, rad. From far below what an encoder sees up to half a turn.
+const COUPLER_GAPS_RAD: RangeInclusive<f64> = 1e-6..=3.0;
+
 /// Prints what was set, and what was found by each that looked.
 fn bench(args: &Bench) -> Result<u8, Failure> {
+    // Asked for the good range, which NaN is outside of.
+    if let Some(gap_rad) = args.gap_rad
+        && !COUPLER_GAPS_RAD.contains(&gap_rad)
+    {
+        return Err(Failure::with_hint(
+            format!(
+                "--gap-rad is {}; it has to be from {} to {}",
+                units::number(gap_rad),
+                COUPLER_GAPS_RAD.start(),
+                COUPLER_GAPS_RAD.end()
+            ),
+            "what is found is held against it, in per cent",
+        ));
+    }
     let couplers = match (args.gap_rad, args.stiffness_nm_per_rad) {
         (Some(gap_rad), Some(stiffness_nm_per_rad)) => vec![Coupler {
             gap_rad,
@@ -373,10 +397,16 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
         let columns = [none, none_max, rms, max]
             .map(|um| fixed(um, 3))
             .join(" | ");
+        // An axis that has not moved has no error to leave a part of.
+        let left = match (none > 0.0, rms > 0.0) {
+            (true, _) => percent(rms / none),
+            (false, true) => "-".to_owned(),
+            (false, false) => "no motion".to_owned(),
+        };
         out.push_str(&format!(
             "| {} | {columns} | {} | {gap} |\n",
             fixed(stretch.until_s / 60.0, 1),
-            percent(rms / none)
+            left
         ));
     }
     output::print(&out)?;

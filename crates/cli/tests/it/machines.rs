@@ -333,3 +333,115 @@ fn a_new_machine_keeps_the_comments_of_its_preset_and_is_checked() {
         &["axis.x.limits.max_mm", "the travel begins at 5"],
     );
 }
+
+#[test]
+fn a_new_machine_refuses_numbers_that_are_none_and_axes_that_it_does_not_have() {
+    let bench = Bench::new();
+    for (option, value) in [
+        ("--travel", "x=nan,0"),
+        ("--travel", "x=0,nan"),
+        ("--travel", "x=-inf,0"),
+        ("--travel", "x=0,1e400"),
+        ("--gap", "x=nan"),
+        ("--gap", "inf"),
+        ("--velocity", "nan"),
+        ("--acceleration", "x=-inf"),
+        ("--jerk", "x=1e400"),
+    ] {
+        bench.refuses(
+            &["machine", "new", "m", option, value],
+            &[
+                &format!("error: {option} {value}: the value is "),
+                "it has to be a finite number",
+                "hint: ",
+            ],
+        );
+    }
+    bench.refuses(
+        &["machine", "new", "m", "--tolerance-um", "nan"],
+        &["--tolerance-um: the value is NaN", "a finite number"],
+    );
+    for option in [["--gap", "y=5"], ["--jerk", "Y=5"], ["--travel", "y=-5,5"]] {
+        bench.refuses(
+            &["machine", "new", "m", "--axes", "X,z", option[0], option[1]],
+            &["--axes leaves axis", "name it in --axes"],
+        );
+    }
+    for name in ["a\nb", "a\u{1}b", "a\u{7f}b"] {
+        bench.refuses(
+            &["machine", "new", name],
+            &["the name is \"a\\", "one line of text"],
+        );
+    }
+}
+
+/// The lines of a new machine that were asked for, its name and description left out.
+fn given(bench: &Bench, options: &[&str]) -> Vec<String> {
+    let text = bench.expect(0, &[&["machine", "new", "m"], options].concat());
+    bench.file("m.toml", &text);
+    bench.expect(0, &["check", "empty.ngc", "-q", "-m", "m.toml"]);
+    let lines = text
+        .lines()
+        .filter_map(|line| line.strip_suffix("  # given"));
+    lines.skip(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_new_machine_takes_letters_in_either_case_and_moves_what_would_lie_outside() {
+    let bench = Bench::new();
+    bench.file("empty.ngc", "G21 G90 G17 G94 G54\nM2\n");
+    assert_eq!(
+        given(&bench, &["--axes", "X,Z"]),
+        given(&bench, &["--axes", "x,z"])
+    );
+    // what a name may hold
+    let name = "my \"mill\" \\ 2\u{200b}e\u{301}";
+    let text = bench.expect(0, &["machine", "new", name]);
+    bench.file("named.toml", &text);
+    let said = bench.expect(0, &["check", "empty.ngc", "-m", "named.toml"]);
+    assert!(said.contains(name), "{said}");
+    // G54 to the middle, G55 at -321 too, and the tool change to the nearer end
+    let short = ["--travel", "X=-300,0", "--gap", "X=3"];
+    let expected = [
+        "x_mm = -150.0",
+        "x_mm = -150.0",
+        "x_mm = -300.0",
+        "min_mm = -300.0",
+        "max_mm = 0.0",
+        "gap_um = 3.0",
+    ];
+    assert_eq!(given(&bench, &short), expected);
+    // G55 and the homes stay where they are inside
+    assert_eq!(
+        given(&bench, &["--travel", "x=-500,0"]),
+        ["x_mm = -250.0", "min_mm = -500.0", "max_mm = 0.0"]
+    );
+    // towers, belts and arms: a word of the program is not the place of a joint
+    for options in [
+        ["--preset", "delta", "--travel", "x=0,900"],
+        ["--preset", "corexy", "--travel", "x=-10,900"],
+        ["--preset", "scara", "--travel", "a=-90,90"],
+        ["--preset", "arm6", "--travel", "x=-90,90"],
+    ] {
+        let lines = given(&bench, &options);
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].starts_with("min_") && lines[1].starts_with("max_"));
+    }
+}
+
+#[test]
+fn the_gap_of_a_beam_is_that_of_both_its_ends() {
+    let bench = Bench::new();
+    bench.file("empty.ngc", "G21 G90 G17 G94 G54\nM2\n");
+    let like = |options: &[&str]| given(&bench, &[&["--preset", "gantry3"], options].concat());
+    assert_eq!(
+        like(&["--gap", "y=5"]),
+        ["second_gap_um = 5.0", "gap_um = 5.0"]
+    );
+    assert_eq!(like(&["--gap", "x=5"]), ["gap_um = 5.0"]);
+    // without its axis there is no beam
+    assert_eq!(like(&["--axes", "x,z"]), [""; 0]);
+    // arc seconds of a table
+    let table = given(&bench, &["--preset", "vmc4", "--gap", "A=36"]);
+    assert_eq!(table, ["gap_mdeg = 10.0"]);
+}

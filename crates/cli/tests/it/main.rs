@@ -5,6 +5,7 @@
 mod bench;
 mod commands;
 mod drives;
+mod hostile;
 #[cfg(unix)]
 mod interrupt;
 mod machines;

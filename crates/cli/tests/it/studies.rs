@@ -133,6 +133,15 @@ fn an_axis_runs_for_a_minute() {
 }
 
 #[test]
+fn a_stretch_without_motion_says_so() {
+    let table = Bench::new().expect(0, &["study", "endurance", "--minutes", "0.01"]);
+    assert!(
+        table.contains("| 0.000 | 0.000 | no motion |") && !table.contains("- %"),
+        "{table}"
+    );
+}
+
+#[test]
 fn a_cell_is_traced() {
     let bench = Bench::new();
     let cell = "circle5-f10000-ccw-g20-t10-v0-j1-e20-steady";

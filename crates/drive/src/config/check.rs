@@ -1,11 +1,13 @@
 //! What can be wrong with an axis' description, and the checks that say so.
 
+use lostmotion_base::units::number;
+
 /// A value of an axis' description that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AxisConfigError {
     /// A number outside its range.
-    #[error("{key} is {value}; it has to be {allowed}")]
+    #[error("{key} is {}; it has to be {allowed}", number(*value))]
     Range {
         /// Key, with the tables it stands in.
         key: String,

@@ -55,14 +55,14 @@ impl<R: Read> SetpointReader<R> {
         // open.
         let (position, unit) = match source {
             SetpointSource::Column(column) => (cells.column(column)?, unit_of(column)),
-            SetpointSource::Position => match cells.find("position") {
+            SetpointSource::Position => match cells.find("position")? {
                 Some(column) => (column, None),
                 None => cells
                     .column_with_unit("position", "position")
                     .map(|(column, unit)| (column, Some(unit)))?,
             },
         };
-        let (velocity, acceleration) = (cells.find("velocity"), cells.find("acceleration"));
+        let (velocity, acceleration) = (cells.find("velocity")?, cells.find("acceleration")?);
         Ok(SetpointReader {
             cells,
             time,

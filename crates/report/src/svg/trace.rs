@@ -100,22 +100,32 @@ impl TraceRecorder {
     /// Halves the entries: of two neighbours the one with the larger error stays.
     fn merge(&mut self) {
         self.group *= 2;
-        let pairs = self.entries.chunks(2).map(|pair| {
-            // A run of one entry merges with its neighbour; the break stays.
-            let starts_run = pair.iter().any(|entry| entry.starts_run);
-            let larger = |a: Entry, b: &Entry| {
-                if b.point.error_um.abs() > a.point.error_um.abs() {
-                    *b
-                } else {
-                    a
+        // Whether a rapid lies before the next entry that stays: the one behind it has gone.
+        let mut lifted = false;
+        let mut kept = Vec::with_capacity(self.entries.len().div_ceil(2));
+        for pair in self.entries.chunks(2) {
+            let (mut entry, before) = match *pair {
+                [first, second] if second.point.error_um.abs() > first.point.error_um.abs() => {
+                    let starts_run = first.starts_run || second.starts_run;
+                    (
+                        Entry {
+                            starts_run,
+                            ..second
+                        },
+                        false,
+                    )
                 }
+                // The first stays in its own run: a break before the second is one before the next.
+                [first, second] => (first, second.starts_run),
+                [only] => (only, false),
+                _ => continue,
             };
-            Entry {
-                starts_run,
-                ..pair.iter().fold(pair[0], larger)
-            }
-        });
-        self.entries = pairs.collect();
+            entry.starts_run |= lifted;
+            lifted = before;
+            kept.push(entry);
+        }
+        self.broken |= lifted;
+        self.entries = kept;
     }
 
     /// The trace.
@@ -133,59 +143,6 @@ impl TraceRecorder {
             caption: caption.to_owned(),
             runs,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_is_bounded_and_peaks_stay() {
-        let mut recorder = TraceRecorder::new(50);
-        for i in 0..100_000 {
-            let error_um = if i == 54_321 { -99.0 } else { f64::from(i % 7) };
-            recorder.push(TracePoint {
-                foot_mm: [f64::from(i), 0.0, 0.0],
-                normal: [0.0, 1.0, 0.0],
-                error_um,
-            });
-            assert!(recorder.entries.len() <= 100);
-        }
-        let trace = recorder.finish("none", "");
-        assert_eq!(trace.runs.len(), 1);
-        assert!(trace.points().any(|p| p.error_um < -98.0));
-        assert!(
-            trace.runs[0]
-                .windows(2)
-                .all(|pair| pair[0].foot_mm[0] < pair[1].foot_mm[0])
-        );
-    }
-
-    #[test]
-    fn rapids_end_runs_and_nonsense_is_left_out() {
-        let mut recorder = TraceRecorder::new(50);
-        let point = TracePoint {
-            normal: [0.0, 1.0, 0.0],
-            ..TracePoint::default()
-        };
-        recorder.lift();
-        recorder.push(point);
-        recorder.push(TracePoint {
-            error_um: f64::NAN,
-            ..point
-        });
-        recorder.lift();
-        recorder.lift();
-        recorder.push(point);
-        recorder.push(point);
-        let lengths: Vec<usize> = recorder
-            .finish("none", "")
-            .runs
-            .iter()
-            .map(Vec::len)
-            .collect();
-        assert_eq!(lengths, [1, 2]);
     }
 }
 
@@ -241,5 +198,84 @@ impl Plane {
     /// Labels of the horizontal and the vertical direction.
     pub fn labels(self) -> [&'static str; 2] {
         self.indices().map(|axis| ["X, mm", "Y, mm", "Z, mm"][axis])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_bounded_and_peaks_stay() {
+        let mut recorder = TraceRecorder::new(50);
+        for i in 0..100_000 {
+            let error_um = if i == 54_321 { -99.0 } else { f64::from(i % 7) };
+            recorder.push(TracePoint {
+                foot_mm: [f64::from(i), 0.0, 0.0],
+                normal: [0.0, 1.0, 0.0],
+                error_um,
+            });
+            assert!(recorder.entries.len() <= 100);
+        }
+        let trace = recorder.finish("none", "");
+        assert_eq!(trace.runs.len(), 1);
+        assert!(trace.points().any(|p| p.error_um < -98.0));
+        assert!(
+            trace.runs[0]
+                .windows(2)
+                .all(|pair| pair[0].foot_mm[0] < pair[1].foot_mm[0])
+        );
+    }
+
+    #[test]
+    fn rapids_end_runs_and_nonsense_is_left_out() {
+        let mut recorder = TraceRecorder::new(50);
+        let point = TracePoint {
+            normal: [0.0, 1.0, 0.0],
+            ..TracePoint::default()
+        };
+        recorder.lift();
+        recorder.push(point);
+        recorder.push(TracePoint {
+            error_um: f64::NAN,
+            ..point
+        });
+        recorder.lift();
+        recorder.lift();
+        recorder.push(point);
+        recorder.push(point);
+        let lengths: Vec<usize> = recorder
+            .finish("none", "")
+            .runs
+            .iter()
+            .map(Vec::len)
+            .collect();
+        assert_eq!(lengths, [1, 2]);
+    }
+
+    #[test]
+    fn merging_draws_no_line_across_a_rapid() {
+        // Runs of three points, each at its own height; the last of a run has the largest error.
+        let mut recorder = TraceRecorder::new(8);
+        for run in 0..40 {
+            for point in 0..3 {
+                recorder.push(TracePoint {
+                    foot_mm: [f64::from(point), f64::from(run), 0.0],
+                    normal: [0.0, 0.0, 1.0],
+                    error_um: f64::from(point),
+                });
+            }
+            recorder.lift();
+            assert!(recorder.entries.len() <= 16);
+        }
+        let trace = recorder.finish("none", "");
+        for run in &trace.runs {
+            assert!(
+                run.iter()
+                    .all(|point| point.foot_mm[1] == run[0].foot_mm[1]),
+                "{run:?}"
+            );
+        }
+        assert!(trace.runs.len() > 2);
     }
 }

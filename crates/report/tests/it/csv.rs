@@ -246,6 +246,60 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
 }
 
 #[test]
+fn places_are_those_of_the_file() {
+    let told = |text: &[u8]| {
+        SetpointReader::new(text, "in.csv", SetpointSource::Position, Clock::CNC)
+            .and_then(Iterator::collect::<Result<Vec<Setpoint>, _>>)
+            .unwrap_err()
+            .to_string()
+    };
+    // quotes around cells and within them, a byte order mark, comments and blank lines before
+    for (text, byte) in [
+        (&b"t_s,pos\xe9\n"[..], 0xe9),
+        (b"\"t_s\",\"pos\xe9\"\n", 0xe9),
+        (b"\"t\"\"_s\",x,\"pos\xe9\"\n", 0xe9),
+        (b"\xef\xbb\xbf\"t_s\",pos\xe9\n", 0xe9),
+        (b"# made by \"hand\"\n\n\"t_s\",\"a,b\",pos\xe9\n", 0xe9),
+        (b"\"t_s\",\"p\x02\"\n", 0x02),
+    ] {
+        let offset = text.iter().position(|found| *found == byte).unwrap();
+        let said = told(text);
+        assert!(
+            said.contains(&format!("(byte {byte:#04x} at offset {offset})")),
+            "{said}"
+        );
+    }
+    for (text, line) in [
+        ("# note\nt_s,pos\n0,1\n", 2),
+        ("t_s,position\n0,1\n# note\n\n0.001,x\n", 5),
+        ("t_s,position\n0,1\n# note\n0.001,x", 4),
+        ("t_s,position,\"a\nb\"\n0,1,\n", 1),
+        ("t_s,position,note\n0,1,\"a\nb\"\n0.001,2\n", 4),
+        ("t_s,position,note\n0,x,\"a\nb\"\n", 2),
+    ] {
+        let said = told(text.as_bytes());
+        assert!(said.starts_with(&format!("in.csv, line {line}")), "{said}");
+    }
+}
+
+#[test]
+fn columns_of_one_name_and_numbers_of_no_machine_are_refused() {
+    let said = setpoints("t_s,position,position\n0,1,2\n").unwrap_err();
+    assert_eq!(
+        said.to_string(),
+        "in.csv, line 1: there are two columns `position`; rename or remove one"
+    );
+    assert!(setpoints("t_s,position,velocity,velocity\n0,1,2,2\n").is_err());
+    // one that is not read may stand there twice
+    assert_eq!(setpoints("t_s,position,,\n0,1,,\n").unwrap().len(), 1);
+    let said = setpoints("t_s,position\n0,1e300\n").unwrap_err();
+    assert!(
+        said.to_string().contains("`1e300` is beyond 1e13"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_reader_ends_after_its_first_error() {
     let mut reader = SetpointReader::new(
         "t_s,position\n0,x\n0.001,1\n".as_bytes(),

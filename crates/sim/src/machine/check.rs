@@ -2,11 +2,11 @@
 
 use super::document::Document;
 use super::limits::unit;
-use super::problem::{Problem, number};
+use super::problem::Problem;
 use super::section::join;
 use super::settings::{BOW_LIMIT_UM, Position};
 use super::{General, MachineAxis, WorkOffsets, reach};
-use lostmotion_base::units::deg;
+use lostmotion_base::units::{deg, number};
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_drive::AxisConfigError;
 use lostmotion_drive::config::CompensatorSettings;

@@ -218,6 +218,9 @@ impl ChangedText {
     }
 }
 
+/// Most tables in a key, twice as many as the longest has. A choice.
+const MOST_KEY_PARTS: usize = 16;
+
 /// Puts a change into a table; why it cannot be, with a hint.
 fn put<'a>(
     root: &mut DeTable<'a>,
@@ -225,13 +228,17 @@ fn put<'a>(
     change: &PlacedChange,
 ) -> Result<(), (String, String)> {
     let key = &text[change.key.clone()];
+    let hint = "a key is like axis.x.drive.position_gain_per_s or tool[0].length_mm";
+    // A key of thousands of tables would be read with as many calls within each other.
+    if key.split('.').count() > MOST_KEY_PARTS {
+        return Err(("is not a key".to_owned(), hint.to_owned()));
+    }
     let value = value_of(&text[change.value.clone()], change.value.start)?;
     let mut table = root;
     let mut parts = key.split('.').peekable();
     while let Some(part) = parts.next() {
         let name = part.split('[').next().unwrap_or(part);
         if name.is_empty() || name.len() != name.trim().len() {
-            let hint = "a key is like axis.x.drive.position_gain_per_s or tool[0].length_mm";
             return Err(("is not a key".to_owned(), hint.to_owned()));
         }
         let last = parts.peek().is_none();

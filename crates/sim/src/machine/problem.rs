@@ -40,16 +40,6 @@ impl Problem {
     }
 }
 
-/// A number as people write it: with an exponent where it is very large or small.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    if size.is_finite() && size > 0.0 && !(1e-4..1e7).contains(&size) {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
-}
-
 /// A machine file that cannot be used, with everything that was found wrong with it, in the order
 /// of the text.
 ///

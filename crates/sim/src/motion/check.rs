@@ -215,7 +215,24 @@ fn count_lines(source: &Program) -> std::io::Result<u64> {
     }
 }
 
+/// Bounds of the tolerance of splines, mm: below, a spline takes more curves than memory holds.
+/// The same as of the planner's own tolerance.
+const SPLINE_TOLERANCES_MM: (f64, f64) = (1e-6, 100.0);
+
 fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
+    const FROM_TO_UM: &str = "a positive finite number, from 0.001 to 1e6";
+    // Bounds of the machine file's own keys. Asked for the good range, which NaN is outside of.
+    let within = |what, value: f64, (low, high), condition| {
+        if value >= low && value <= high {
+            Ok(())
+        } else {
+            Err(SimError::Option {
+                what,
+                value,
+                condition,
+            })
+        }
+    };
     // An infinite bound would let a program run or a chunk grow without end.
     let positive = |what, value: f64| {
         if value.is_finite() && value > 0.0 {
@@ -229,23 +246,22 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
         }
     };
     if let Some(tolerance_um) = options.tolerance_um {
-        positive("tolerance_um", tolerance_um)?;
+        within("tolerance_um", tolerance_um, (1e-3, 1e6), FROM_TO_UM)?;
     }
-    if let Some(force) = options
-        .cutting_force_n
-        .filter(|force| !(0.0..=LARGEST_FORCE_N).contains(force))
-    {
-        return Err(SimError::Option {
-            what: "cutting_force_n",
-            value: force,
-            condition: "a number from 0 to 1e6",
-        });
+    if let Some(force_n) = options.cutting_force_n {
+        let bounds = (0.0, LARGEST_FORCE_N);
+        within("cutting_force_n", force_n, bounds, "a number from 0 to 1e6")?;
     }
     if let Some(limit_um) = options.bow_limit_um {
-        positive("bow_limit_um", limit_um)?;
+        within("bow_limit_um", limit_um, (1e-3, 1e6), FROM_TO_UM)?;
     }
     positive("reversal_window_s", options.reversal_window_s)?;
     positive("max_duration_s", options.max_duration_s)?;
-    positive("spline_tolerance_mm", options.spline_tolerance_mm)?;
+    within(
+        "spline_tolerance_mm",
+        options.spline_tolerance_mm,
+        SPLINE_TOLERANCES_MM,
+        "a positive finite number, from 1e-6 to 100",
+    )?;
     positive("chunk_samples", options.chunk_samples as f64)
 }

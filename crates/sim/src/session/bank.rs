@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// How long the machine stands still before the program, s: gravity pulls loads to their flank,
 /// drives settle. A choice: many times the slowest loop's time constant of the embedded machines.
-const SETTLE_S: f64 = 0.5;
+pub const SETTLE_S: f64 = 0.5;
 
 /// The machine in several variants (without a gap, and with each method), all on the same
 /// setpoints.

@@ -20,6 +20,7 @@ mod rows;
 mod run;
 mod stepper;
 
+pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
 pub(crate) use run::on_threads;

@@ -191,16 +191,19 @@ fn duration(setup: &Setup<'_>, change: LimitChange) -> Result<Tick, SimError> {
     }
 }
 
+/// Longest tool change or spindle event, s: a day.
+const LONGEST_EVENT_S: f64 = 86_400.0;
+
 fn check_options(time: &TimeOptions) -> Result<(), SimError> {
     for (what, value) in [
         ("tool_change_s", time.tool_change_s),
         ("spindle_event_s", time.spindle_event_s),
     ] {
-        if !(value.is_finite() && value >= 0.0) {
+        if !(0.0..=LONGEST_EVENT_S).contains(&value) {
             return Err(SimError::Option {
                 what,
                 value,
-                condition: "a finite number, 0 or above",
+                condition: "a finite number, 0 or above, and 86400 (a day) at most",
             });
         }
     }

@@ -7,7 +7,7 @@ use super::frame::{Frame, Trace, Traced, caused_mm};
 use super::limit::Physics;
 use super::machine::AXES;
 use super::motion;
-use super::result::CellResult;
+use super::result::{CellResult, FIGURE_DECIMALS};
 use super::tally::Tally;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Tick};
@@ -17,7 +17,7 @@ use lostmotion_drive::config::Change;
 use lostmotion_methods::{AxisConfig, MethodId};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
-use lostmotion_sim::{Frame as SimFrame, SinkError, TickSink, Ticks};
+use lostmotion_sim::{Frame as SimFrame, SETTLE_S, SinkError, TickSink, Ticks};
 
 /// Servo ticks in a command cycle: the study's machine has the usual cycles.
 const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
@@ -26,11 +26,6 @@ const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) a
 const FIRST_REVERSALS: u32 = 4;
 /// Time after the last of them, command cycles (0.1 s): the transient of the last reversal is over.
 const REST_TICKS: Tick = 100;
-/// Decimals kept of a figure in um, ms or as a ratio: below what a change of compiler moves.
-const FIGURE_DECIMALS: usize = 6;
-/// How long the session lets the machine stand before the program, command cycles (0.5 s, the
-/// session's own figure): gaps drift meanwhile, too.
-const SETTLE_TICKS: Tick = 500;
 
 /// What is measured of a cell's machine in all its variants.
 pub(super) struct Bench<'a, 't> {
@@ -236,8 +231,8 @@ impl<'a, 't> Bench<'a, 't> {
                 ));
             }
             if let Some(since) = frame.since {
-                let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS);
                 // The true half gap of the moment: it drifts from the start of the settling on.
+                let time_s = Clock::SERVO.seconds(frame.tick) + SETTLE_S;
                 let half_gap = 0.5
                     * self.physics.gap_rad
                     * self.gap_drift.map_or(1.0, |change| change.at(time_s));

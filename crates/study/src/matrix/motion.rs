@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Least time of a motion, s, within the bounds on the number of turns: enough to learn and to be
-/// measured. A choice.
+/// measured. The lissajous figure, whose turns have more reversals, takes half of it. A choice.
 const LEAST_MOTION_S: f64 = 12.0;
 /// Bounds on the turns of a figure: the least gives eight reversals of each axis, the most keeps
 /// the programs of small figures at high feeds short. A choice.
@@ -102,8 +102,8 @@ fn lissajous(feed: f64) -> String {
     let (a, b, lines) = LISSAJOUS;
     let mut text = opened("G64 P0.01", 0.0, b, feed);
     // A turn is 205 mm long, taken as 200, and has four reversals or more of each axis: half the
-    // turns of the other figures do.
-    for line in 1..=lines * turns(200.0, feed).max(4) / 2 {
+    // turns of the other figures do, and half their time.
+    for line in 1..=lines * turns(200.0, feed) / 2 {
         // Whole turns close exactly: the same numbers in each.
         let angle = TAU * f64::from(line % lines) / f64::from(lines);
         let (x, y) = (a * math::sin(3.0 * angle), b * math::cos(2.0 * angle));

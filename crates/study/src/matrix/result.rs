@@ -4,6 +4,9 @@ use super::factor::Cell;
 use lostmotion_methods::MethodId;
 use serde::{Deserialize, Serialize};
 
+/// Decimals kept of a figure in um, ms or as a ratio: below what a change of compiler moves.
+pub(super) const FIGURE_DECIMALS: usize = 6;
+
 /// One method in one cell. Micrometres at the slide; all figures after the fourth reversal of each
 /// axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -42,6 +42,8 @@ impl Spread {
 pub struct MethodSummary {
     /// Registered name.
     pub method: String,
+    /// Cells, whether they have a ratio or not: those that the counts below are out of.
+    pub cells: usize,
     /// RMS of what backlash adds to the contour error.
     pub rms_ratio: Option<Spread>,
     /// Its largest magnitude.
@@ -169,6 +171,7 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
     let figures = || cells.iter().filter_map(|cell| cell.of(name));
     MethodSummary {
         method: name.to_owned(),
+        cells: cells.len(),
         rms_ratio: Spread::of(ratios.iter().map(|[rms, _]| *rms)),
         max_ratio: Spread::of(ratios.iter().map(|[_, max]| *max)),
         worse_rms: cells.iter().filter(|cell| cell.worse(name)[0]).count(),

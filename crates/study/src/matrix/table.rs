@@ -249,10 +249,8 @@ fn failures(out: &mut String, sum: &Summary) {
         };
         // In half of the cells next to nothing, or in a tenth of them worse.
         let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE_RATIO));
-        let harmful = levels(&|m| {
-            m.rms_ratio
-                .is_some_and(|spread| m.worse_rms as f64 > HARMFUL_CELL_SHARE * spread.cells as f64)
-        });
+        // Worse counts where `none` leaves next to nothing, too: out of all cells.
+        let harmful = levels(&|m| m.worse_rms as f64 > HARMFUL_CELL_SHARE * m.cells as f64);
         put!(out, "| `{}` | {idle} | {harmful} |", method.method);
     }
 }

@@ -1,13 +1,10 @@
 //! Sums of one method's deviations over a cell.
 
 use super::cycle::{self, Turns, Windows};
-use super::result::MethodFigures;
+use super::result::{FIGURE_DECIMALS, MethodFigures};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_drive::{AxisSample, Engagement};
 use lostmotion_report::number::round_to;
-
-/// Decimals kept of a figure in um, and of a ratio: below what a change of compiler moves.
-const FIGURE_DECIMALS: usize = 6;
 
 /// Sum of squares and largest magnitude.
 #[derive(Clone, Copy, Debug, Default)]

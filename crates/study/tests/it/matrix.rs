@@ -2,7 +2,9 @@
 use lostmotion_study::StudyError;
 use lostmotion_study::matrix::journal::{Header, line, read};
 use lostmotion_study::matrix::machine;
-use lostmotion_study::matrix::{Cell, CellResult, Traced, run_cell, run_cells, table};
+use lostmotion_study::matrix::{
+    Cell, CellResult, MethodFigures, Traced, run_cell, run_cells, table,
+};
 
 fn names(methods: &[&str]) -> Vec<String> {
     methods.iter().map(|name| (*name).to_owned()).collect()
@@ -52,6 +54,50 @@ fn a_slow_load_with_friction_lies_half_the_gap_behind() {
         "{} {expected}",
         result.methods[0].rms_um
     );
+}
+
+/// A cell in which `none` and `fixed` leave so much, um.
+fn made(id: &str, none_um: f64, fixed_um: f64) -> CellResult {
+    let figures = |method: &str, um| MethodFigures {
+        method: method.to_owned(),
+        rms_um: um,
+        max_um: um,
+        ..MethodFigures::default()
+    };
+    CellResult {
+        cell: cell(id),
+        duration_s: 1.0,
+        measured_from_s: 0.5,
+        samples: 2000,
+        reached_mm_min: 3000.0,
+        reversals: [8, 8],
+        traverse_ms: 1.0,
+        limit_max_um: 0.0,
+        limit_rms_um: 0.0,
+        floating: 0.0,
+        encoder_um: 0.0,
+        methods: vec![figures("none", none_um), figures("fixed", fixed_um)],
+    }
+}
+
+#[test]
+fn harm_is_a_part_of_all_cells() {
+    // `none` leaves next to nothing in all cells but one, and has no ratio there; one of twenty is
+    // worse, which is less than a tenth
+    let id = "circle25-f3000-ccw-g10-t10-v0-j2-e20-steady";
+    let mut cells = vec![made(id, 0.01, 0.01); 18];
+    cells.push(made(id, 0.01, 0.5));
+    cells.push(made(id, 1.0, 0.1));
+    let text = table::markdown(&cells, "made");
+    let row = text
+        .lines()
+        .skip_while(|line| !line.contains("| does harm |"))
+        .find(|line| line.starts_with("| `fixed`"));
+    assert_eq!(row, Some("| `fixed` | - | - |"), "{text}");
+    // two more are
+    cells.extend(vec![made(id, 0.01, 0.5); 2]);
+    let text = table::markdown(&cells, "made");
+    assert!(text.contains("| `fixed` | - | circle25, g10, "), "{text}");
 }
 
 #[test]
