@@ -99,6 +99,26 @@ pub enum FitError {
         /// The value.
         value: f64,
     },
+    /// Times that do not rise.
+    #[error("time[{index}] is {time_s} s, after {before_s} s; rows have to be in order of time")]
+    TimeOrder {
+        /// Index from 0.
+        index: usize,
+        /// The time before it, s.
+        before_s: f64,
+        /// The time, s.
+        time_s: f64,
+    },
+    /// More rows missing than present.
+    #[error(
+        "the log has {rows} rows where its period leaves room for {places:.0}: more rows are missing than present"
+    )]
+    RowsMissing {
+        /// Rows in the log.
+        rows: usize,
+        /// Rows that an even log over the same time would have.
+        places: f64,
+    },
     /// A log too short for one averaging window.
     #[error(
         "the log has {samples} samples; the averaging window alone spans {needed}: log longer, or shorten half_window_s"

@@ -6,6 +6,7 @@ use crate::{
     estimate::{
         COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLUTION_SHARE,
     },
+    instruments,
     log::BacklashLog,
     result::BacklashFit,
     settings::FitSettings,
@@ -95,6 +96,8 @@ fn fit_at(
     }
     // Windows in firm contact; a log that shows too few of them is refused here.
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
+    let with_acceleration = settings.motor_inertia_kgm2.is_none();
+    let contact = instruments::tell(contact, &windows, with_acceleration);
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
     }
@@ -196,7 +199,8 @@ impl Estimate {
             compliance_error_rad_per_nm: self.compliance_error,
             stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
             offset_rad: offset,
-            damping_time_s: damping,
+            damping_time_s: damping.max(0.0),
+            current_late_s: (-damping).max(0.0),
             motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,

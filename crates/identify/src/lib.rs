@@ -30,10 +30,13 @@
 //! follows from the contact torque.
 
 pub mod contact;
+mod deadzone;
 pub mod error;
 mod estimate;
+mod even;
 pub mod fit;
 pub mod huber;
+mod instruments;
 pub mod log;
 pub mod motor_only;
 pub mod result;

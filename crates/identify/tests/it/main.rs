@@ -4,6 +4,7 @@
 mod accuracy;
 mod bad_logs;
 mod huber;
+mod logged;
 mod motor_only;
 #[allow(dead_code, unreachable_pub)]
 mod rig;
