@@ -276,6 +276,7 @@ mod tests {
                 difference_rad: torque_nm.signum(),
                 rate_rad_s: 0.0,
                 acceleration_rad_s2: 0.0,
+                velocity_rad_s: 0.0,
                 torque_nm,
                 one_way: true,
                 whole: true,

@@ -198,6 +198,17 @@ impl MotorLog {
         })
     }
 
+    /// A log from rows with their times in s, as [`BacklashLog::from_rows`].
+    ///
+    /// # Errors
+    /// As [`BacklashLog::from_rows`].
+    pub fn from_rows(time_s: &[f64], motor: Vec<f64>, current: Vec<f64>) -> Result<Self, FitError> {
+        let load = vec![0.0; motor.len()];
+        Ok(Self {
+            log: BacklashLog::from_rows(time_s, motor, load, current)?,
+        })
+    }
+
     /// Time between samples, s.
     pub fn period_s(&self) -> f64 {
         self.log.period_s

@@ -24,6 +24,8 @@ pub struct WindowSample {
     pub rate_rad_s: f64,
     /// Mean acceleration of the motor, rad/s2.
     pub acceleration_rad_s2: f64,
+    /// Mean velocity of the motor, rad/s.
+    pub velocity_rad_s: f64,
     /// Mean contact torque, N m.
     pub torque_nm: f64,
     /// Whether the motor moved one way through the whole window, so that the direction of its own
@@ -105,6 +107,7 @@ fn average(
         difference_rad: difference / area,
         rate_rad_s: slip / (area * log.period_s()),
         acceleration_rad_s2: acceleration,
+        velocity_rad_s: velocity,
         torque_nm: settings.torque_constant_nm_per_a * torque_current / area
             - inertia_kgm2 * acceleration
             - settings.motor_viscous_nm_s_per_rad * velocity

@@ -9,3 +9,4 @@ mod motor_only;
 #[allow(dead_code, unreachable_pub)]
 mod rig;
 mod simulated_axis;
+mod wrong_units;

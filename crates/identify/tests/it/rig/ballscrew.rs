@@ -161,6 +161,8 @@ impl BallScrew {
         FitSettings {
             motor_viscous_nm_s_per_rad: self.motor_viscous,
             motor_coulomb_nm: self.motor_coulomb,
+            known_inertia_kgm2: Some(self.motor_inertia + self.load_inertia),
+            rated_torque_nm: Some(self.rated_torque),
             ..FitSettings::new(self.torque_constant, Some(self.motor_inertia))
         }
     }
