@@ -40,7 +40,16 @@ impl EvenGrid {
         // The median step is the recorder's period, whatever is missing. Counted in it, the whole
         // log gives the mean, free of jitter and of the rounding of single times.
         let median = quantile(steps().collect(), 0.5);
-        let periods: f64 = steps().map(|step| (step / median).round().max(1.0)).sum();
+        let periods: f64 = steps()
+            .map(|step| step / median)
+            .map(|step| {
+                if step < MISSING_FROM {
+                    1.0
+                } else {
+                    step.round()
+                }
+            })
+            .sum();
         let period_s = (last - first) / periods.max(1.0);
         let even = steps().all(|step| (step - period_s).abs() <= EVEN_TOLERANCE_SHARE * period_s);
         if even {
@@ -130,6 +139,17 @@ mod tests {
         for (time, value) in grid.times_s.iter().zip(grid.cubic(&times, &values)) {
             assert!((value - cubic(*time)).abs() < 1e-12, "{time}: {value}");
         }
+        assert!(!grid.lost.contains(&true));
+    }
+
+    #[test]
+    fn jitter_does_not_change_the_period() {
+        // rows early and late by a quarter: steps of half a period to one and a half
+        let times: Vec<f64> = (0..400)
+            .map(|k| f64::from(k) * 1e-3 + [0.0, 2.5e-4, -2.5e-4, 0.0][k as usize % 4])
+            .collect();
+        let grid = EvenGrid::new(&times).unwrap();
+        assert!((grid.period_s - 1e-3).abs() < 1e-12, "{}", grid.period_s);
         assert!(!grid.lost.contains(&true));
     }
 
