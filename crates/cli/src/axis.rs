@@ -70,7 +70,7 @@ pub(crate) struct Fit {
     /// inertia)
     #[arg(long, requires = "axis")]
     pub(crate) motor_only: bool,
-    /// The axis that was logged: motor data and transmission make the fit sharper
+    /// The axis that was logged; without it a log is checked, but no gap told
     #[arg(long, value_name = "FILE.toml|PRESET")]
     pub(crate) axis: Option<String>,
     /// JSON to write
@@ -277,15 +277,15 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
             rad_per_unit(config, unit, &name)?,
             FitSettings::for_axis(config),
         ),
-        None => (1.0, FitSettings::default()),
+        None => (1.0, FitSettings::without_axis()),
     };
     // Both fits work in radians of the motor, where current and inertia are known.
     let fitted = if args.motor_only {
-        MotorLog::new(log.period_s, scaled(log.motor, scale), log.current_a)
+        MotorLog::from_rows(&log.time_s, scaled(log.motor, scale), log.current_a)
             .and_then(|log| fit_motor_only(&log, &settings.motor_only()))
     } else {
-        BacklashLog::new(
-            log.period_s,
+        BacklashLog::from_rows(
+            &log.time_s,
             scaled(log.motor, scale),
             scaled(log.load, scale),
             log.current_a,

@@ -1,6 +1,6 @@
 //! Which windows show the shaft in firm contact, and on which flank.
 
-use crate::{error::NotExcited, settings::FitSettings, window::WindowSample};
+use crate::{deadzone::Deadzone, error::NotExcited, settings::FitSettings, window::WindowSample};
 
 /// Median of the absolute value of a standard normal variable.
 pub(crate) const MEDIAN_OF_NORMAL: f64 = 0.6745;
@@ -11,15 +11,26 @@ pub(crate) const MIN_TORQUE_SHARE: f64 = 0.02;
 /// noise exceeds six of them once in 5e8 samples.
 pub(crate) const NOISE_FACTOR: f64 = 6.0;
 
+/// Share of the usual torque from which on the side counts as known where the torque is taken from
+/// the position difference. A choice: the edges of the gap are known to a few parts in a hundred of
+/// the wind-up there.
+const ZONE_MARGIN: f64 = 0.2;
+
 /// One window in firm contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSample {
     /// Episode that it belongs to, counted from 0 over the log.
     pub episode: usize,
+    /// Its window, counted from 0 over the log.
+    pub index: usize,
     /// 1 or -1.
     pub side: f64,
     /// What was measured in it.
     pub window: WindowSample,
+    /// The torque as its instruments tell it, free of the current's noise, N m.
+    pub told_torque_nm: f64,
+    /// The rate of the position difference as its instruments tell it, rad/s.
+    pub told_rate_rad_s: f64,
 }
 
 /// The part of a log in firm contact.
@@ -33,6 +44,8 @@ pub struct Contact {
     pub episodes: usize,
     /// How often an episode is followed by one of the other side.
     pub traversals: usize,
+    /// Side of every window of the log: 1 or -1 in contact, settled or not, 0 elsewhere.
+    pub sides: Vec<i8>,
 }
 
 impl Contact {
@@ -51,7 +64,8 @@ impl Contact {
 ///
 /// A window counts if its torque exceeds the threshold, the position difference does not slip
 /// across it, contact on this side has already lasted for the settling time, and the next window is
-/// still in contact (its triangle reaches into it).
+/// still in contact (its triangle reaches into it). Windows with lost rows, or in which the
+/// direction of the motor's own friction is uncertain, are left out with their neighbours.
 ///
 /// # Errors
 /// [`NotExcited`] if there is too little torque, only one side, or too few changes of side.
@@ -60,24 +74,26 @@ pub fn select(
     settings: &FitSettings,
     spacing_s: f64,
 ) -> Result<Contact, NotExcited> {
-    let torques = || windows.iter().map(|window| window.torque_nm);
-    // A high quantile, not the maximum: a spike of the current must not set the threshold.
-    let largest_nm = quantile(torques().map(f64::abs).collect(), 0.999);
-    let noise_nm = noise(torques());
-    // Below the threshold the side is unknown: the torque is small, or noise could turn its sign.
-    let threshold_nm = settings
-        .torque_threshold_nm
-        .unwrap_or_else(|| (MIN_TORQUE_SHARE * largest_nm).max(NOISE_FACTOR * noise_nm));
+    let SideTorque {
+        torques_nm,
+        largest_nm,
+        threshold_nm,
+    } = SideTorque::of(windows, settings);
     if largest_nm <= threshold_nm {
         return Err(NotExcited::TorqueBelowThreshold {
             largest_nm,
             threshold_nm,
         });
     }
-    let sides = sides(windows, threshold_nm, slip_limit(windows, settings));
+    let sides = sides(
+        windows,
+        &torques_nm,
+        threshold_nm,
+        slip_limit(windows, settings),
+    );
     // the saturating cast turns an absurd settling time into one that leaves nothing over
     let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
-    let contact = episodes(windows, &sides, settle, threshold_nm);
+    let contact = episodes(windows, sides, settle, threshold_nm);
     let (positive, negative) = contact.per_side();
     if positive == 0 || negative == 0 {
         return Err(NotExcited::OneSide { positive, negative });
@@ -91,6 +107,61 @@ pub fn select(
     Ok(contact)
 }
 
+/// The torque by which the side of a window is judged.
+struct SideTorque {
+    torques_nm: Vec<f64>,
+    /// Their largest size, N m.
+    largest_nm: f64,
+    /// From here on the side counts as known, N m.
+    threshold_nm: f64,
+}
+
+impl SideTorque {
+    /// The contact torque itself, or where the noise of the current would hide too much of it, the
+    /// torque that goes with the position difference.
+    fn of(windows: &[WindowSample], settings: &FitSettings) -> Self {
+        // A high quantile, not the maximum: a spike of the current must not set the threshold.
+        let largest =
+            |torques: &[f64]| quantile(torques.iter().map(|torque| torque.abs()).collect(), 0.999);
+        let torques_nm: Vec<f64> = windows.iter().map(|window| window.torque_nm).collect();
+        let largest_nm = largest(&torques_nm);
+        // Below it the side is unknown: the torque is small, or noise could turn its sign.
+        let (share_nm, noise_nm) = (
+            MIN_TORQUE_SHARE * largest_nm,
+            NOISE_FACTOR * noise(torques_nm.iter().copied()),
+        );
+        let plain = SideTorque {
+            threshold_nm: settings
+                .torque_threshold_nm
+                .unwrap_or(share_nm.max(noise_nm)),
+            torques_nm,
+            largest_nm,
+        };
+        // Selecting by a noisy torque would also select its noise: what lies above the threshold
+        // lies there partly by chance. The position difference has no part in that noise.
+        let Some(zone) = Deadzone::fit(windows) else {
+            return plain;
+        };
+        let torques_nm: Vec<f64> = windows
+            .iter()
+            .map(|window| zone.torque(window.difference_rad))
+            .collect();
+        let largest_nm = largest(&torques_nm);
+        let pressing = torques_nm
+            .iter()
+            .map(|torque| torque.abs())
+            .filter(|torque| *torque > 0.0);
+        let usual_nm = quantile(pressing.collect(), 0.5);
+        SideTorque {
+            threshold_nm: settings
+                .torque_threshold_nm
+                .unwrap_or((MIN_TORQUE_SHARE * largest_nm).max(ZONE_MARGIN * usual_nm)),
+            torques_nm,
+            largest_nm,
+        }
+    }
+}
+
 fn slip_limit(windows: &[WindowSample], settings: &FitSettings) -> f64 {
     let differences = || windows.iter().map(|window| window.difference_rad);
     // Span of gap and wind-up together, without the outer hundredths of the log.
@@ -99,28 +170,41 @@ fn slip_limit(windows: &[WindowSample], settings: &FitSettings) -> f64 {
 }
 
 /// Side of each window: 1 or -1 in contact, 0 elsewhere.
-fn sides(windows: &[WindowSample], threshold_nm: f64, slip_limit_rad: f64) -> Vec<i8> {
+fn sides(
+    windows: &[WindowSample],
+    torques_nm: &[f64],
+    threshold_nm: f64,
+    slip_limit_rad: f64,
+) -> Vec<i8> {
     let side = |n: usize| {
         let window = &windows[n];
         let before = &windows[n.saturating_sub(1)];
         let after = windows.get(n + 1).unwrap_or(window);
         // Across the window before and the one after: the shaft crosses the gap, or rings.
         let slips = (after.difference_rad - before.difference_rad).abs() > slip_limit_rad;
-        if slips || window.torque_nm.abs() <= threshold_nm {
+        if slips || torques_nm[n].abs() <= threshold_nm {
             0
         } else {
-            window.torque_nm.signum() as i8
+            torques_nm[n].signum() as i8
         }
     };
     (0..windows.len()).map(side).collect()
 }
 
-fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm: f64) -> Contact {
+fn episodes(windows: &[WindowSample], sides: Vec<i8>, settle: usize, threshold_nm: f64) -> Contact {
+    // A window is sure if it and both neighbours, into which its triangle reaches, are.
+    let sure = |n: usize| {
+        let last = windows.len() - 1;
+        windows[n.saturating_sub(1)..=(n + 1).min(last)]
+            .iter()
+            .all(|window| window.one_way && window.whole)
+    };
     let mut contact = Contact {
         samples: Vec::new(),
         threshold_nm,
         episodes: 0,
         traversals: 0,
+        sides: Vec::new(),
     };
     let mut first = 0;
     // One run of windows of the same side at a time.
@@ -140,21 +224,22 @@ fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm:
                     .last()
                     .is_some_and(|last| last.side * side < 0.0),
             );
+            let settled = first + settle..first + length - 1;
             contact
                 .samples
-                .extend(
-                    windows[first + settle..first + length - 1]
-                        .iter()
-                        .map(|&window| ContactSample {
-                            episode: contact.episodes,
-                            side,
-                            window,
-                        }),
-                );
+                .extend(settled.filter(|&n| sure(n)).map(|index| ContactSample {
+                    episode: contact.episodes,
+                    index,
+                    side,
+                    window: windows[index],
+                    told_torque_nm: windows[index].torque_nm,
+                    told_rate_rad_s: windows[index].rate_rad_s,
+                }));
             contact.episodes += 1;
         }
         first += length;
     }
+    contact.sides = sides;
     contact
 }
 
@@ -191,7 +276,10 @@ mod tests {
                 difference_rad: torque_nm.signum(),
                 rate_rad_s: 0.0,
                 acceleration_rad_s2: 0.0,
+                velocity_rad_s: 0.0,
                 torque_nm,
+                one_way: true,
+                whole: true,
             })
             .collect()
     }
@@ -253,7 +341,8 @@ mod tests {
         for (n, window) in windows.iter_mut().enumerate() {
             window.difference_rad = if n < 15 { 0.0 } else { 1.0 };
         }
-        let sides = sides(&windows, 0.5, 0.1);
+        let torques: Vec<f64> = windows.iter().map(|window| window.torque_nm).collect();
+        let sides = sides(&windows, &torques, 0.5, 0.1);
         assert_eq!(
             sides
                 .iter()

@@ -58,6 +58,34 @@ pub enum NotExcited {
         /// Standard deviation of the torque once side and offset are taken out, over its RMS.
         variation: f64,
     },
+    /// Without the motor's data, wind-up and gap look alike.
+    #[error(
+        "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis; together the two are {span:.6} of the log's unit"
+    )]
+    MotorUnknown {
+        /// Span of the position difference, in the log's unit.
+        span: f64,
+    },
+    /// Seen from the motor alone, the load's motion drowns in the noise of the current.
+    #[error(
+        "the gap cannot be told from the motor alone, because the noise of its torque, {noise_nm:.4} N m, is above {most_nm:.4} N m, the most for torques of this size: log the load's position, too, or accelerate harder"
+    )]
+    NoiseHidesLoad {
+        /// Standard deviation of the noise, N m.
+        noise_nm: f64,
+        /// The most that is allowed, N m.
+        most_nm: f64,
+    },
+    /// The interval is so wide that the value is no use.
+    #[error(
+        "the gap cannot be told, because noise and wind-up leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log longer, with more reversals and varied accelerations, or with less noise of the current"
+    )]
+    IntervalTooWide {
+        /// Lower end of the 95 % interval, rad at the motor.
+        low_rad: f64,
+        /// Upper end, rad at the motor.
+        high_rad: f64,
+    },
     /// The interval of the half gap reaches zero.
     #[error(
         "the half gap of {half_gap_rad:.3e} rad cannot be told from zero (95 % interval up to {upper_rad:.3e} rad)"
@@ -99,6 +127,34 @@ pub enum FitError {
         /// The value.
         value: f64,
     },
+    /// Times that do not rise.
+    #[error("time[{index}] is {time_s} s, after {before_s} s; rows have to be in order of time")]
+    TimeOrder {
+        /// Index from 0.
+        index: usize,
+        /// The time before it, s.
+        before_s: f64,
+        /// The time, s.
+        time_s: f64,
+    },
+    /// More rows missing than present.
+    #[error(
+        "the log has {rows} rows where its period leaves room for {places:.0}: more rows are missing than present"
+    )]
+    RowsMissing {
+        /// Rows in the log.
+        rows: usize,
+        /// Rows that an even log over the same time would have.
+        places: f64,
+    },
+    /// Units, signs or columns that cannot be right.
+    #[error("the log does not go with the axis: {what}; likely cause: {cause}")]
+    Implausible {
+        /// What was found.
+        what: String,
+        /// What it looks like.
+        cause: Cause,
+    },
     /// A log too short for one averaging window.
     #[error(
         "the log has {samples} samples; the averaging window alone spans {needed}: log longer, or shorten half_window_s"
@@ -138,6 +194,48 @@ pub enum FitError {
         /// Iterations made.
         iterations: u32,
     },
+}
+
+/// What a log that does not go with its axis looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Cause {
+    /// Times in ms, read as s.
+    #[error("the times look like milliseconds; `t_s` is in seconds")]
+    Milliseconds,
+    /// Current in percent of the rated one.
+    #[error("the current looks like percent of the rated current; `current_a` is in A")]
+    PercentOfRated,
+    /// Torque in the current's column.
+    #[error("the current looks like a torque in N m; `current_a` is in A")]
+    TorqueForCurrent,
+    /// Positions in inches.
+    #[error("the positions look like inches; `_mm` is in millimetres")]
+    Inches,
+    /// Positions in m, or current in mA.
+    #[error("the positions look like metres, or the current like milliamperes")]
+    Thousand,
+    /// Positions in um.
+    #[error("the positions look like micrometres, or the current like kiloamperes")]
+    Micrometres,
+    /// Degrees and radians.
+    #[error("degrees and radians look exchanged")]
+    Degrees,
+    /// The current has the other sign.
+    #[error("the sign of the current, or of both positions, looks reversed")]
+    CurrentSign,
+    /// One position has the other sign.
+    #[error("the sign of one of the two positions looks reversed")]
+    PositionSigns,
+    /// Motor and load position in different units.
+    #[error("motor and load position look to be in different units, or the lead is another")]
+    ColumnUnits,
+    /// Motor's and load's columns are exchanged.
+    #[error("the columns of motor and load look swapped")]
+    SwappedColumns,
+    /// No unit explains it.
+    #[error("torque constant, inertia or lead of another axis, or a unit that is not recognised")]
+    OtherAxis,
 }
 
 /// How a solver ended.

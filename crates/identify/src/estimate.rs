@@ -15,6 +15,12 @@ const SCALE_ROUNDS: usize = 3;
 /// Most samples of the thinned copy on which they settle. A choice: the scale of so many residuals
 /// is known to some 3 %.
 const MAX_SCALE_SAMPLES: usize = 2000;
+/// Most rounds in which the coefficients of torque and rate and the noise that they turn into
+/// residuals settle. A choice: one is nearly always enough, since what the instruments lack of the torque is
+/// orthogonal to what they tell.
+const NOISE_ROUNDS: usize = 4;
+/// Relative change of the compliance that counts as none. A choice: far below its standard error.
+const SETTLED_SHARE: f64 = 1e-6;
 /// Systematic error of averages as a share of the encoders' resolution: no encoder divides its
 /// counts more finely, and errors that recur at the same angles do not average out.
 pub(crate) const RESOLUTION_SHARE: f64 = 0.02;
@@ -55,28 +61,24 @@ impl EstimateJob<'_> {
             .settings
             .stiffness_nm_per_rad
             .map_or(0.0, |stiffness| 1.0 / stiffness);
-        let samples = || {
-            self.contact
-                .samples
-                .iter()
-                .map(|sample| (sample.side, &sample.window))
-        };
+        let samples = || self.contact.samples.iter();
         Regression {
             rows: samples()
-                .map(|(side, window)| {
+                .map(|sample| {
+                    let (side, window) = (sample.side, &sample.window);
                     // One column per coefficient, in the order of their places.
                     let all = [
                         side,
                         1.0,
-                        window.torque_nm,
-                        -window.rate_rad_s,
+                        sample.told_torque_nm,
+                        -sample.told_rate_rad_s,
                         -window.acceleration_rad_s2,
                     ];
                     columns.map(|column| all[column])
                 })
                 .collect(),
             targets: samples()
-                .map(|(_, window)| window.difference_rad - known * window.torque_nm)
+                .map(|sample| sample.window.difference_rad - known * sample.window.torque_nm)
                 .collect(),
             // the damping time stays free, since a current logged late lowers it, and so does what
             // is added to the inertia
@@ -84,19 +86,57 @@ impl EstimateJob<'_> {
         }
     }
 
+    /// The regression with the measured torque and rate in the residuals, its rows as told, for
+    /// these coefficients of the two.
+    fn measured<const P: usize>(
+        &self,
+        mut regression: Regression<P>,
+        [compliance, damping]: [f64; 2],
+    ) -> Regression<P> {
+        for (target, sample) in regression.targets.iter_mut().zip(&self.contact.samples) {
+            *target -= compliance * (sample.window.torque_nm - sample.told_torque_nm);
+            *target += damping * (sample.window.rate_rad_s - sample.told_rate_rad_s);
+        }
+        regression
+    }
+
     pub(crate) fn estimate<const P: usize>(
         &self,
         columns: [usize; P],
     ) -> Result<Estimate, FitError> {
-        let regression = self.regression(columns);
+        let told = self.regression(columns);
         let options = SolveOptions {
             tolerance: self.settings.solver_tolerance,
             iterations: self.settings.solver_iterations,
         };
-        // Where the loss turns linear: as given, or from the residuals themselves.
-        let delta = match self.settings.huber_delta_rad {
-            Some(delta) => delta,
-            None => settle_delta(&regression, self.resolution, self.solver, &options)?,
+        // Robust two-stage least squares: the rows hold torque and rate as told, the residuals the
+        // measured ones, whose noise counts with the coefficients that the round before found.
+        let place = columns.iter().position(|&column| column == COMPLIANCE);
+        let noisy_of = |x: &[f64; P]| {
+            let of = |column| {
+                let place = columns.iter().position(|&other| other == column);
+                place.map_or(0.0, |place| x[place])
+            };
+            [of(COMPLIANCE), of(DAMPING)]
+        };
+        let mut noisy = noisy_of(&told.least_squares());
+        let mut rounds = 1;
+        let (regression, delta, minimiser) = loop {
+            let regression = self.measured(told.clone(), noisy);
+            // Where the loss turns linear: as given, or from the residuals themselves.
+            let delta = match self.settings.huber_delta_rad {
+                Some(delta) => delta,
+                None => settle_delta(&regression, self.resolution, self.solver, &options)?,
+            };
+            let minimiser = regression.minimise(delta, self.solver, &options)?;
+            let found = noisy_of(&minimiser.x);
+            let settled =
+                (0..2).all(|j| (found[j] - noisy[j]).abs() <= SETTLED_SHARE * found[j].abs());
+            if settled || rounds == NOISE_ROUNDS {
+                break (regression, delta, minimiser);
+            }
+            noisy = found;
+            rounds += 1;
         };
         let Minimiser {
             x,
@@ -105,7 +145,7 @@ impl EstimateJob<'_> {
             solves,
             explicit,
             optimality,
-        } = regression.minimise(delta, self.solver, &options)?;
+        } = minimiser;
         // Blocks of whole episodes: samples of one contact err alike.
         let episodes: Vec<usize> = self
             .contact
@@ -118,8 +158,6 @@ impl EstimateJob<'_> {
             seen: self.contact.traversals,
             needed: self.contact.traversals + 1,
         };
-        let spread =
-            |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
         // What is not fitted is known or zero; the fitted ones then take their places.
         let mut coefficients = [
             0.0,
@@ -134,14 +172,15 @@ impl EstimateJob<'_> {
             .iter()
             .zip(x)
             .for_each(|(&column, x)| coefficients[column] = x);
-        let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
-            Some(which) => spread(which)?.standard_error,
-            None => 0.0,
-        };
-        // Figures of the residuals: RMS, outliers beyond delta, robust scale.
         let residuals: Vec<f64> = (0..regression.targets.len())
             .map(|k| regression.residual(k, &x).abs())
             .collect();
+        let spread =
+            |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
+        let compliance_error = match place {
+            Some(which) => spread(which)?.standard_error,
+            None => 0.0,
+        };
         Ok(Estimate {
             coefficients,
             gap_spread: spread(0)?,

@@ -1,12 +1,14 @@
 //! The fit with the load's position known.
 
 use crate::{
-    contact::{self, Contact},
+    contact::{self, Contact, quantile},
     error::{FitError, NotExcited},
     estimate::{
         COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLUTION_SHARE,
     },
+    instruments,
     log::BacklashLog,
+    plausible,
     result::BacklashFit,
     settings::FitSettings,
     solver::{Clarabel, QpSolver},
@@ -23,6 +25,10 @@ const INERTIA_ROUNDS: usize = 4;
 /// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told
 /// apart. Origin unknown, kept.
 const MIN_TORQUE_VARIATION: f64 = 0.01;
+
+/// Width of the interval, in parts of the half gap, from which on the gap counts as not told. A
+/// choice: the interval then holds gaps that differ by a factor of three.
+const MAX_WIDTH_SHARE: f64 = 1.0;
 
 /// Fits the gap of an axis with [`Clarabel`].
 ///
@@ -65,6 +71,38 @@ pub fn fit_backlash_with(
     solver: &dyn QpSolver,
 ) -> Result<BacklashFit, FitError> {
     settings.check()?;
+    plausible::check(log, settings, true)?;
+    if !settings.motor_friction_known {
+        // Friction of the motor is no wind-up, friction of the load is: what is left is a bound.
+        return Err(NotExcited::MotorUnknown {
+            span: difference_span(log),
+        }
+        .into());
+    }
+    let fit = fit_known(log, settings, solver)?;
+    let [low_rad, high_rad] = fit.half_gap_interval_rad;
+    // An interval as wide as the gap itself is no value, unless it says that the gap is small.
+    if low_rad > 0.0 && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
+        return Err(NotExcited::IntervalTooWide { low_rad, high_rad }.into());
+    }
+    Ok(fit)
+}
+
+/// Span of the position difference without the outer hundredths of the log: gap and wind-up.
+fn difference_span(log: &BacklashLog) -> f64 {
+    let differences = || {
+        let pairs = log.motor().iter().zip(log.load());
+        pairs.map(|(motor, load)| motor - load).collect()
+    };
+    quantile(differences(), 0.99) - quantile(differences(), 0.01)
+}
+
+/// The fit with the motor's friction as given.
+fn fit_known(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<BacklashFit, FitError> {
     if let Some(inertia) = settings.motor_inertia_kgm2 {
         return Ok(fit_at(log, settings, solver, inertia)?.1);
     }
@@ -95,6 +133,8 @@ fn fit_at(
     }
     // Windows in firm contact; a log that shows too few of them is refused here.
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
+    let with_acceleration = settings.motor_inertia_kgm2.is_none();
+    let contact = instruments::tell(contact, &windows, with_acceleration);
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
     }
@@ -196,7 +236,8 @@ impl Estimate {
             compliance_error_rad_per_nm: self.compliance_error,
             stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
             offset_rad: offset,
-            damping_time_s: damping,
+            damping_time_s: damping.max(0.0),
+            current_late_s: (-damping).max(0.0),
             motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,

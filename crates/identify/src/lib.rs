@@ -18,31 +18,41 @@
 //! motor shaft.
 //!
 //! How one log becomes one number, in order:
-//! 1. [`BacklashLog`] holds the three columns and checks them.
-//! 2. [`window`] averages position difference and contact torque with one and the same triangular
+//! 1. [`BacklashLog`] holds the three columns and checks them; rows at uneven times are carried over
+//!    to even ones.
+//! 2. `plausible` refuses units, signs and columns that cannot be right.
+//! 3. [`window`] averages position difference and contact torque with one and the same triangular
 //!    window, so that the acceleration needs no separate filter and no lag arises between the two
 //!    sides of the equation.
-//! 3. [`contact`] keeps the samples in firm contact, grouped into episodes of one side each.
-//! 4. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
-//! 5. [`spread`] gives the standard error from the scatter between whole blocks of the log.
+//! 4. [`contact`] keeps the samples in firm contact, grouped into episodes of one side each; the
+//!    side comes from the position difference (`deadzone`), so that noise of the current selects
+//!    nothing.
+//! 5. `instruments` tells torque and rate free of their noise (two-stage least squares): noise in a
+//!    regressor would make the gap too large.
+//! 6. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
+//! 7. [`spread`] gives the standard error from the scatter between whole blocks of the log.
 //!
 //! [`motor_only`] fits the gap from the motor's signals alone: the load's motion
 //! follows from the contact torque.
 
 pub mod contact;
+mod deadzone;
 pub mod error;
 mod estimate;
+mod even;
 pub mod fit;
 pub mod huber;
+mod instruments;
 pub mod log;
 pub mod motor_only;
+mod plausible;
 pub mod result;
 pub mod settings;
 pub mod solver;
 pub mod spread;
 pub mod window;
 
-pub use error::{FitError, NotExcited};
+pub use error::{Cause, FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::{BacklashLog, MotorLog};
 pub use motor_only::{fit_motor_only, fit_motor_only_with};

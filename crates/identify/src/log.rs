@@ -2,7 +2,7 @@
 
 use lostmotion_drive::AxisSample;
 
-use crate::error::FitError;
+use crate::{error::FitError, even::EvenGrid};
 
 /// Motor position, load position and current of one axis, sampled together at a fixed period.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +11,10 @@ pub struct BacklashLog {
     motor: Vec<f64>,
     load: Vec<f64>,
     current: Vec<f64>,
+    /// Samples that stand for rows that were lost, in order of time; empty for a whole log.
+    lost: Vec<bool>,
+    /// Smallest step that the motor's and the load's position makes, rad.
+    steps_rad: [f64; 2],
 }
 
 impl BacklashLog {
@@ -57,11 +61,51 @@ impl BacklashLog {
                 });
             }
         }
+        let steps_rad = [smallest_step(&motor), smallest_step(&load)];
         Ok(Self {
             period_s,
             motor,
             load,
             current,
+            lost: Vec::new(),
+            steps_rad,
+        })
+    }
+
+    /// A log from rows with their times in s, in order; columns as in [`BacklashLog::new`].
+    ///
+    /// Rows at uneven times are carried over to even ones: positions by a cubic through the four
+    /// nearest rows, the current by a straight line. Where rows are missing the fit leaves out what
+    /// would touch them.
+    ///
+    /// # Errors
+    /// As [`BacklashLog::new`]; times that are not finite or not in order; a log with more
+    /// missing than present rows.
+    pub fn from_rows(
+        time_s: &[f64],
+        motor: Vec<f64>,
+        load: Vec<f64>,
+        current: Vec<f64>,
+    ) -> Result<Self, FitError> {
+        let grid = EvenGrid::new(time_s)?;
+        if time_s.len() != motor.len() {
+            return Err(FitError::LengthMismatch {
+                motor: motor.len(),
+                load: load.len(),
+                current: current.len(),
+            });
+        }
+        // Checked before anything is interpolated, so that a message names the row as logged.
+        let logged = Self::new(grid.period_s, motor, load, current)?;
+        if grid.even {
+            return Ok(logged);
+        }
+        Ok(Self {
+            motor: grid.cubic(time_s, &logged.motor),
+            load: grid.cubic(time_s, &logged.load),
+            current: grid.straight(time_s, &logged.current),
+            lost: grid.lost,
+            ..logged
         })
     }
 
@@ -104,25 +148,35 @@ impl BacklashLog {
         &self.current
     }
 
+    /// Whether any sample of a range stands for a row that was lost.
+    pub(crate) fn touches_lost(&self, samples: std::ops::RangeInclusive<usize>) -> bool {
+        self.lost
+            .get(samples)
+            .is_some_and(|range| range.contains(&true))
+    }
+
     /// Standard deviation of the quantisation error of `motor - load`, rad: each position error
     /// taken as uniform over the smallest step that its column makes. Nearly zero where positions
     /// are not quantised.
     pub fn resolution_rad(&self) -> f64 {
-        let square = |column: &[f64]| {
-            // The smallest step that the column makes is taken for one count.
-            let step = column
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]).abs())
-                .filter(|step| *step > 0.0)
-                .fold(f64::INFINITY, f64::min);
-            if step.is_finite() {
-                step * step / 12.0
-            } else {
-                0.0
-            }
-        };
-        (square(&self.motor) + square(&self.load)).sqrt()
+        let square: f64 = self.steps_rad.iter().map(|step| step * step / 12.0).sum();
+        square.sqrt()
     }
+
+    /// Smallest step that the motor's position makes, rad; zero where it stands.
+    pub(crate) fn motor_step_rad(&self) -> f64 {
+        self.steps_rad[0]
+    }
+}
+
+/// The smallest step that a column makes, taken for one count; zero where it is constant.
+fn smallest_step(column: &[f64]) -> f64 {
+    let step = column
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if step.is_finite() { step } else { 0.0 }
 }
 
 /// Motor position and current of one axis, sampled together at a fixed period.
@@ -141,6 +195,17 @@ impl MotorLog {
         let load = vec![0.0; motor.len()];
         Ok(Self {
             log: BacklashLog::new(period_s, motor, load, current)?,
+        })
+    }
+
+    /// A log from rows with their times in s, as [`BacklashLog::from_rows`].
+    ///
+    /// # Errors
+    /// As [`BacklashLog::from_rows`].
+    pub fn from_rows(time_s: &[f64], motor: Vec<f64>, current: Vec<f64>) -> Result<Self, FitError> {
+        let load = vec![0.0; motor.len()];
+        Ok(Self {
+            log: BacklashLog::from_rows(time_s, motor, load, current)?,
         })
     }
 
@@ -171,6 +236,7 @@ impl From<BacklashLog> for MotorLog {
     /// The motor's part of a log.
     fn from(mut log: BacklashLog) -> Self {
         log.load.fill(0.0);
+        log.steps_rad[1] = 0.0;
         Self { log }
     }
 }

@@ -28,9 +28,12 @@ pub struct BacklashFit {
     pub compliance_error_rad_per_nm: f64,
     /// Stiffness of the shaft, N m/rad; `None` where the fit found no compliance.
     pub stiffness_nm_per_rad: Option<f64>,
-    /// Damping over stiffness of the shaft, less what the current was logged late against the
-    /// positions, s; zero where it was not fitted.
+    /// Damping over stiffness of the shaft, s, as far as it exceeds what the current was logged
+    /// late against the positions: the two act alike; zero where it was not fitted.
     pub damping_time_s: f64,
+    /// How much later than the positions the current was logged at least, s.
+    #[serde(default)]
+    pub current_late_s: f64,
     /// Inertia of the motor as given, or as fitted, kg m2.
     pub motor_inertia_kgm2: f64,
     /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.

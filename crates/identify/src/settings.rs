@@ -22,6 +22,14 @@ pub struct FitSettings {
     pub motor_viscous_nm_s_per_rad: f64,
     /// Coulomb friction of the motor's own bearings, N m.
     pub motor_coulomb_nm: f64,
+    /// Inertia of motor and load together where a description tells it, kg m2: a log that shows
+    /// quite another one is refused.
+    pub known_inertia_kgm2: Option<f64>,
+    /// Rated torque of the motor, N m: names a current in percent.
+    pub rated_torque_nm: Option<f64>,
+    /// Whether the motor's own friction is as given; without it the log is checked, but no gap is
+    /// told.
+    pub motor_friction_known: bool,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
     pub stiffness_nm_per_rad: Option<f64>,
     /// Whether the shaft's damping is fitted, too. Without it a torque that falls while in contact
@@ -54,6 +62,9 @@ impl Default for FitSettings {
             motor_inertia_kgm2: None,
             motor_viscous_nm_s_per_rad: 0.0,
             motor_coulomb_nm: 0.0,
+            known_inertia_kgm2: None,
+            rated_torque_nm: None,
+            motor_friction_known: true,
             stiffness_nm_per_rad: None,
             fit_damping: true,
             torque_threshold_nm: None,
@@ -95,10 +106,23 @@ impl FitSettings {
         Self {
             motor_viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
             motor_coulomb_nm: motor.coulomb_nm,
+            known_inertia_kgm2: Some(
+                axis.motor_side_inertia_kgm2() + axis.reflected_load().inertia_kgm2,
+            ),
+            rated_torque_nm: Some(motor.rated_torque_nm),
             ..Self::new(
                 motor.torque_constant_nm_per_a,
                 Some(axis.motor_side_inertia_kgm2()),
             )
+        }
+    }
+
+    /// Defaults where nothing is known of the motor: torques are in A, angles in the log's unit.
+    /// The log is checked, and refused with a bound of gap and wind-up together.
+    pub fn without_axis() -> Self {
+        Self {
+            motor_friction_known: false,
+            ..Self::default()
         }
     }
 
@@ -131,6 +155,8 @@ impl FitSettings {
         ];
         let not_negative = [
             ("motor_inertia_kgm2", self.motor_inertia_kgm2),
+            ("known_inertia_kgm2", self.known_inertia_kgm2),
+            ("rated_torque_nm", self.rated_torque_nm),
             (
                 "motor_viscous_nm_s_per_rad",
                 Some(self.motor_viscous_nm_s_per_rad),

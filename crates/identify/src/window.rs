@@ -11,6 +11,10 @@
 
 use crate::{log::BacklashLog, settings::FitSettings};
 
+/// Steps of the motor's encoder that either half of a window has to cover for the direction of the
+/// motor to be certain. Derived: a motor at rest toggles between two neighbouring counts.
+const LEAST_MOVE_STEPS: f64 = 1.5;
+
 /// Averages over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowSample {
@@ -20,8 +24,15 @@ pub struct WindowSample {
     pub rate_rad_s: f64,
     /// Mean acceleration of the motor, rad/s2.
     pub acceleration_rad_s2: f64,
+    /// Mean velocity of the motor, rad/s.
+    pub velocity_rad_s: f64,
     /// Mean contact torque, N m.
     pub torque_nm: f64,
+    /// Whether the motor moved one way through the whole window, so that the direction of its own
+    /// friction is certain; true where it has none.
+    pub one_way: bool,
+    /// Whether no row of the log is missing in it.
+    pub whole: bool,
 }
 
 /// Half-width of the window in samples, at least 1.
@@ -43,8 +54,9 @@ pub fn averages(
     if log.len() < span {
         return Vec::new();
     }
+    let least_move = LEAST_MOVE_STEPS * log.motor_step_rad();
     (0..=(log.len() - span) / half)
-        .map(|n| average(log, settings, inertia_kgm2, half, n * half))
+        .map(|n| average(log, settings, inertia_kgm2, half, n * half, least_move))
         .collect()
 }
 
@@ -54,6 +66,7 @@ fn average(
     inertia_kgm2: f64,
     half: usize,
     start: usize,
+    least_move: f64,
 ) -> WindowSample {
     let motor = &log.motor()[start..=start + 2 * half];
     let load = &log.load()[start..=start + 2 * half];
@@ -84,10 +97,17 @@ fn average(
     } else {
         settings.motor_coulomb_nm * velocity.signum()
     };
+    let moves = [middle - motor[0], motor[2 * half] - middle];
+    let one_way = settings.motor_coulomb_nm <= 0.0
+        || moves.iter().all(|by| *by > least_move)
+        || moves.iter().all(|by| *by < -least_move);
     WindowSample {
+        one_way,
+        whole: !log.touches_lost(start..=start + 2 * half),
         difference_rad: difference / area,
         rate_rad_s: slip / (area * log.period_s()),
         acceleration_rad_s2: acceleration,
+        velocity_rad_s: velocity,
         torque_nm: settings.torque_constant_nm_per_a * torque_current / area
             - inertia_kgm2 * acceleration
             - settings.motor_viscous_nm_s_per_rad * velocity

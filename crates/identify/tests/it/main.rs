@@ -4,7 +4,9 @@
 mod accuracy;
 mod bad_logs;
 mod huber;
+mod logged;
 mod motor_only;
 #[allow(dead_code, unreachable_pub)]
 mod rig;
 mod simulated_axis;
+mod wrong_units;

@@ -8,15 +8,11 @@ use std::io::Read;
 /// Fewest rows of a log: velocity and acceleration are taken by differences.
 const FEWEST_ROWS: usize = 3;
 
-/// How far the time between two rows may be off, in parts of the period. A choice: times written with
-/// few decimals pass.
-const TIME_TOLERANCE_SHARE: f64 = 0.01;
-
-/// A log of one axis at a fixed rate.
+/// A log of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisLog {
-    /// Mean time between two rows, s.
-    pub period_s: f64,
+    /// Time of each row, s, rising.
+    pub time_s: Vec<f64>,
     /// Unit of the positions.
     pub unit: AxisUnit,
     /// Motor positions in `unit`, at the load.
@@ -32,7 +28,7 @@ pub struct AxisLog {
 ///
 /// # Errors
 /// An empty file, one that is no table, a missing column, a cell that is not a finite number, rows
-/// that are not evenly spaced in time.
+/// out of order. Rows at uneven times pass.
 pub fn read_log(input: impl Read, name: &str) -> Result<AxisLog, ReadError> {
     read(input, name, true)
 }
@@ -62,37 +58,24 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
     }
     let current = cells.column("current_a")?;
     let mut log = AxisLog {
-        period_s: 0.0,
+        time_s: Vec::new(),
         unit,
         motor: Vec::new(),
         load: Vec::new(),
         current_a: Vec::new(),
     };
-    let (mut start_s, mut before_s) = (0.0, 0.0);
     while cells.next_row()? {
         let time_s = cells.number(&time)?;
-        // The first step is the period; every later one is held against it.
-        let step_s = time_s - before_s;
-        match log.motor.len() {
-            0 => start_s = time_s,
-            _ if step_s <= 0.0 => {
-                return Err(cells.bad(
-                    &time,
-                    format!("is not after {before_s} s, the time of the row before"),
-                    ORDER_HINT,
-                ));
-            }
-            1 => log.period_s = step_s,
-            _ if (step_s - log.period_s).abs() > TIME_TOLERANCE_SHARE * log.period_s => {
-                let why = format!(
-                    "is {step_s:.6} s after the row before; the first two rows are {:.6} s apart",
-                    log.period_s
-                );
-                return Err(cells.bad(&time, why, EVEN_HINT));
-            }
-            _ => {}
+        if let Some(&before_s) = log.time_s.last()
+            && time_s <= before_s
+        {
+            return Err(cells.bad(
+                &time,
+                format!("is not after {before_s} s, the time of the row before"),
+                ORDER_HINT,
+            ));
         }
-        before_s = time_s;
+        log.time_s.push(time_s);
         log.motor.push(cells.number(&motor)?);
         if let Some((load, _)) = &load {
             log.load.push(cells.number(load)?);
@@ -105,12 +88,8 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
             needed: FEWEST_ROWS,
         });
     }
-    // The mean over the whole log is free of the rounding of single times.
-    log.period_s = (before_s - start_s) / (log.motor.len() - 1) as f64;
     Ok(log)
 }
 
 /// Hint for rows out of order.
 const ORDER_HINT: &str = "rows have to be in order of time, none twice";
-/// Hint for rows at other times than they should be.
-const EVEN_HINT: &str = "a log needs rows evenly spaced in time, none missing";

@@ -1,6 +1,8 @@
 //! A two-mass axis with a gap under cascade control, integrated in tiny semi-implicit steps: a
 //! source of logs that shares no code with the fit or with the axis crate.
 
+pub mod ballscrew;
+
 use lostmotion_base::{Random, math};
 use lostmotion_identify::{BacklashLog, FitSettings};
 

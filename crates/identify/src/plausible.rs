@@ -1,0 +1,229 @@
+//! Whether a log goes with the axis that it is said to be of: units, signs and columns.
+//!
+//! A log in other units is fitted as smoothly as a right one. But the current has to accelerate the
+//! inertia that the description tells: `K_t i = J alpha + F sign(w) + b w + constant`, regressed
+//! over all windows in which the axis moves, gives an inertia and a friction. Noise is in the
+//! current only, so that the slope is not biased. A wrong unit shows as a known factor on the
+//! inertia, a wrong sign as its sign. Motor and load have to travel alike, and a positive torque
+//! has to wind the motor up ahead of the load.
+
+use crate::{
+    deadzone::Deadzone,
+    error::{Cause, FitError},
+    huber::{NormalEquations, Piece, Regression, solve_small},
+    log::BacklashLog,
+    settings::FitSettings,
+    window::{self, WindowSample},
+};
+
+/// Half-width of the windows here, s. A choice: long, since strokes last tenths of a second and the
+/// current is noisy.
+const HALF_WINDOW_S: f64 = 1e-2;
+/// Longest time between samples of a log of a drive, s. A choice: a stroke's acceleration lasts some
+/// ten times as long.
+const MAX_PERIOD_S: f64 = 2e-2;
+/// Ratio of found and described inertia, either way, that passes. A choice: a heavy workpiece or a
+/// peak value taken for an RMS value pass, no wrong unit does.
+const INERTIA_TOLERANCE: f64 = 1.6;
+/// Standard errors beyond which a difference counts; the textbook error is too small for residuals
+/// that hold for many windows. A choice.
+const SURE_ERRORS: f64 = 12.0;
+/// How near, as a ratio, a factor has to be to that of a wrong unit to be named as its cause. A
+/// choice: the load's mass is known to so much.
+const CAUSE_TOLERANCE: f64 = 1.25;
+/// Difference of the travel of motor and load, in parts of it, that passes. A choice: far above
+/// what gap and wind-up take of short strokes, below any wrong unit.
+const TRAVEL_TOLERANCE: f64 = 0.2;
+/// Least correlation of motor and load position for which one follows the other. A choice.
+const MIN_CORRELATION: f64 = 0.99;
+/// Travel over the difference of motor and load from which on an axis moves as one body. A choice:
+/// a millimetre or two of a usual axis.
+const MIN_TRAVEL: f64 = 30.0;
+
+/// The axis as one body, as current and acceleration show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct RigidBody {
+    /// Inertia of motor and load together, kg m2.
+    inertia_kgm2: f64,
+    /// Its standard error, kg m2, as of independent windows.
+    inertia_error_kgm2: f64,
+}
+
+impl RigidBody {
+    /// The body that explains the current best; `None` if the axis hardly moves.
+    fn of(log: &BacklashLog, settings: &FitSettings) -> Option<Self> {
+        let half = (HALF_WINDOW_S / log.period_s()).round().max(1.0) as usize;
+        // Without inertia and friction the window's torque is that of the current alone; friction
+        // of a trace makes it tell in which windows the motor moves one way.
+        let bare = FitSettings {
+            motor_viscous_nm_s_per_rad: 0.0,
+            motor_coulomb_nm: f64::MIN_POSITIVE,
+            ..*settings
+        };
+        let windows = window::averages(log, &bare, 0.0, half);
+        let moving: Vec<&WindowSample> = windows.iter().filter(|w| w.one_way && w.whole).collect();
+        let data = Regression::<4> {
+            rows: moving
+                .iter()
+                .map(|w| {
+                    [
+                        w.acceleration_rad_s2,
+                        w.velocity_rad_s.signum(),
+                        w.velocity_rad_s,
+                        1.0,
+                    ]
+                })
+                .collect(),
+            targets: moving.iter().map(|w| w.torque_nm).collect(),
+            nonnegative: [false; 4],
+        };
+        let x = data.least_squares();
+        let count = moving.len();
+        if count < 20 {
+            return None;
+        }
+        let (mut normal, mut square) = (NormalEquations::<4>::default(), 0.0);
+        for (k, row) in data.rows.iter().enumerate() {
+            let residual = data.residual(k, &x);
+            normal.add(row, residual, Piece::Square);
+            square += residual * residual;
+        }
+        let column = solve_small(&normal.matrix, &[1.0, 0.0, 0.0, 0.0])?;
+        Some(Self {
+            inertia_kgm2: x[0],
+            inertia_error_kgm2: (column[0] * square / (count - 4) as f64).sqrt(),
+        })
+    }
+}
+
+/// Refuses a log whose units, signs or columns cannot be right; `with_load`: it has the load's
+/// position.
+pub(crate) fn check(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    with_load: bool,
+) -> Result<(), FitError> {
+    let implausible = |what: String, cause| Err(FitError::Implausible { what, cause });
+    if log.period_s() > MAX_PERIOD_S {
+        let what = format!("the rows are {} s apart", log.period_s());
+        return implausible(what, Cause::Milliseconds);
+    }
+    if with_load {
+        let Travel {
+            ratio,
+            together,
+            far,
+        } = Travel::of(log);
+        // Both columns have to move alike, whatever the axis.
+        if together && (ratio - 1.0).abs() > TRAVEL_TOLERANCE {
+            let what = format!("the load moves {ratio:.4} times as far as the motor");
+            let cause = if ratio < 0.0 {
+                Cause::PositionSigns
+            } else {
+                Cause::ColumnUnits
+            };
+            return implausible(what, cause);
+        }
+        // A motor that winds up against a held load is no axis that moves as one body.
+        if !far {
+            return Ok(());
+        }
+    }
+    let Some(body) = RigidBody::of(log, settings) else {
+        return Ok(());
+    };
+    let error = SURE_ERRORS * body.inertia_error_kgm2;
+    if body.inertia_kgm2 < -error {
+        let what = "the axis accelerates against its current".to_owned();
+        return implausible(what, Cause::CurrentSign);
+    }
+    if let Some(known) = settings.known_inertia_kgm2 {
+        let (low, high) = (body.inertia_kgm2 - error, body.inertia_kgm2 + error);
+        if low > INERTIA_TOLERANCE * known || high < known / INERTIA_TOLERANCE {
+            let ratio = body.inertia_kgm2 / known;
+            let what =
+                format!("current and acceleration show {ratio:.4} times the inertia of the axis");
+            return implausible(what, cause_of(ratio, settings));
+        }
+    }
+    if with_load && swapped(log, settings) {
+        let what = "a positive torque makes the motor fall behind the load".to_owned();
+        return implausible(what, Cause::SwappedColumns);
+    }
+    Ok(())
+}
+
+/// How motor and load position go together.
+struct Travel {
+    /// Travel of the load over that of the motor.
+    ratio: f64,
+    /// Whether the load's position follows the motor's at all.
+    together: bool,
+    /// Whether they travel far against their difference.
+    far: bool,
+}
+
+impl Travel {
+    fn of(log: &BacklashLog) -> Self {
+        let count = log.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+        let (motor, load) = (mean(log.motor()), mean(log.load()));
+        let (mut motors, mut loads, mut product, mut between) = (0.0, 0.0, 0.0, 0.0);
+        for (m, l) in log.motor().iter().zip(log.load()) {
+            let (m, l) = (m - motor, l - load);
+            motors += m * m;
+            loads += l * l;
+            product += m * l;
+            between += (m - l) * (m - l);
+        }
+        let size = (motors * loads).sqrt();
+        Travel {
+            ratio: product / motors,
+            together: size > 0.0 && product.abs() > MIN_CORRELATION * size,
+            far: motors > MIN_TRAVEL * MIN_TRAVEL * between,
+        }
+    }
+}
+
+/// Whether the torque goes with the position difference the wrong way round.
+fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
+    let half = window::half_width(settings, log.period_s());
+    let inertia = settings.motor_inertia_kgm2.unwrap_or(0.0);
+    let mut windows = window::averages(log, settings, inertia, half);
+    let forward = Deadzone::fit(&windows);
+    for window in &mut windows {
+        window.difference_rad = -window.difference_rad;
+    }
+    match (forward, Deadzone::fit(&windows)) {
+        (forward, Some(reverse)) => forward.is_none_or(|zone| reverse.explains_more_than(&zone)),
+        _ => false,
+    }
+}
+
+/// The wrong unit that goes with a factor on the inertia.
+fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
+    let near = |factor: f64| {
+        let off = ratio / factor;
+        off < CAUSE_TOLERANCE && off > 1.0 / CAUSE_TOLERANCE
+    };
+    let rated_a = settings
+        .rated_torque_nm
+        .map(|torque| torque / settings.torque_constant_nm_per_a);
+    if near(1e6) {
+        Cause::Milliseconds
+    } else if rated_a.is_some_and(|rated| near(100.0 / rated)) {
+        Cause::PercentOfRated
+    } else if near(25.4) {
+        Cause::Inches
+    } else if near(1e3) {
+        Cause::Thousand
+    } else if near(1e-3) {
+        Cause::Micrometres
+    } else if near(57.296) || near(1.0 / 57.296) {
+        Cause::Degrees
+    } else if near(settings.torque_constant_nm_per_a) {
+        Cause::TorqueForCurrent
+    } else {
+        Cause::OtherAxis
+    }
+}

@@ -1,0 +1,103 @@
+//! Logs in other units, with other signs or exchanged columns: each is refused with its cause.
+
+use crate::rig::ballscrew::{BallScrew, Rows};
+use lostmotion_identify::{
+    Cause, FitError, FitSettings, MotorLog, NotExcited, fit_backlash, fit_motor_only,
+};
+
+fn axis(seed: u64) -> BallScrew {
+    BallScrew {
+        seconds: 10.0,
+        ..BallScrew::noisy(seed)
+    }
+}
+
+/// The cause that is named for a log of some axes after a change of its rows.
+fn cause_of(change: impl Fn(&BallScrew, &mut Rows)) -> Vec<Cause> {
+    [4, 5, 7]
+        .map(|seed| {
+            let axis = axis(seed);
+            let mut rows = axis.record();
+            change(&axis, &mut rows);
+            let log = axis.log(&rows).unwrap();
+            match fit_backlash(&log, &axis.settings()) {
+                Err(FitError::Implausible { cause, .. }) => cause,
+                other => panic!("seed {seed}: {other:?}"),
+            }
+        })
+        .to_vec()
+}
+
+fn scale(values: &mut [f64], by: f64) {
+    values.iter_mut().for_each(|value| *value *= by);
+}
+
+#[test]
+fn times_in_milliseconds() {
+    let found = cause_of(|_, rows| scale(&mut rows.time_s, 1e3));
+    assert_eq!(found, [Cause::Milliseconds; 3]);
+}
+
+#[test]
+fn a_current_in_percent() {
+    let found = cause_of(|axis, rows| {
+        let rated_a = axis.rated_torque / axis.torque_constant;
+        scale(&mut rows.current_a, 100.0 / rated_a);
+    });
+    assert_eq!(found, [Cause::PercentOfRated; 3]);
+}
+
+#[test]
+fn positions_in_inches_or_micrometres() {
+    for (factor, cause) in [(1.0 / 25.4, Cause::Inches), (1e3, Cause::Micrometres)] {
+        let found = cause_of(|_, rows| {
+            scale(&mut rows.motor_mm, factor);
+            scale(&mut rows.load_mm, factor);
+        });
+        assert_eq!(found, [cause; 3]);
+    }
+}
+
+#[test]
+fn columns_in_different_units() {
+    let found = cause_of(|_, rows| scale(&mut rows.load_mm, 1.0 / 25.4));
+    assert_eq!(found, [Cause::ColumnUnits; 3]);
+}
+
+#[test]
+fn wrong_signs() {
+    let found = cause_of(|_, rows| scale(&mut rows.current_a, -1.0));
+    assert_eq!(found, [Cause::CurrentSign; 3]);
+    let found = cause_of(|_, rows| scale(&mut rows.load_mm, -1.0));
+    assert_eq!(found, [Cause::PositionSigns; 3]);
+}
+
+#[test]
+fn swapped_columns() {
+    let found = cause_of(|_, rows| std::mem::swap(&mut rows.motor_mm, &mut rows.load_mm));
+    assert_eq!(found, [Cause::SwappedColumns; 3]);
+}
+
+#[test]
+fn without_the_axis_the_gap_cannot_be_told() {
+    let axis = axis(4);
+    let log = axis.log(&axis.record()).unwrap();
+    let error = fit_backlash(&log, &FitSettings::without_axis()).unwrap_err();
+    assert!(
+        matches!(error, FitError::NotExcited(NotExcited::MotorUnknown { span }) if span > 2.0 * axis.half_gap()),
+        "{error}"
+    );
+}
+
+#[test]
+fn noise_that_hides_the_load_is_no_gap() {
+    for seed in [4, 5, 7] {
+        let axis = BallScrew {
+            noise: 0.05,
+            ..axis(seed)
+        };
+        let log = MotorLog::from(axis.log(&axis.record()).unwrap());
+        let error = fit_motor_only(&log, &axis.settings().motor_only()).unwrap_err();
+        assert!(matches!(error, FitError::NotExcited(_)), "{seed}: {error}");
+    }
+}
