@@ -91,12 +91,10 @@ fn instruments(sample: &ContactSample, sides: &[i8], windows: &[WindowSample]) -
     let same = sides.get(first..=last)?.iter().all(|other| *other == side);
     let (before, after) = (windows.get(first)?, windows.get(last)?);
     let certain = |window: &WindowSample| window.one_way && window.whole;
-    (same && certain(before) && certain(after)).then(|| {
-        [
-            0.5 * (before.difference_rad + after.difference_rad),
-            0.5 * (before.torque_nm + after.torque_nm),
-            after.difference_rad - before.difference_rad,
-            after.torque_nm - before.torque_nm,
-        ]
-    })
+    (same && certain(before) && certain(after)).then_some([
+        0.5 * (before.difference_rad + after.difference_rad),
+        0.5 * (before.torque_nm + after.torque_nm),
+        after.difference_rad - before.difference_rad,
+        after.torque_nm - before.torque_nm,
+    ])
 }

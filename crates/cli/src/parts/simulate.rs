@@ -65,7 +65,7 @@ impl Trace {
         if range.every == 0 {
             return Err(Failure::message("--every is 0; it has to be 1 or above"));
         }
-        if !(range.from_s <= range.to_s) {
+        if range.from_s > range.to_s {
             return Err(Failure::message(format!(
                 "--to is {}; it has to be at least --from, {}",
                 range.to_s, range.from_s

@@ -1,5 +1,5 @@
 //! Tests of the fits: accuracy, bad logs, the solver, motor-only.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test may panic")]
 
 mod accuracy;
 mod bad_logs;
