@@ -1,6 +1,7 @@
 //! Which windows show the shaft in firm contact, and on which flank.
 
 use crate::{deadzone::Deadzone, error::NotExcited, settings::FitSettings, window::WindowSample};
+use lostmotion_base::math::quantile;
 
 /// Median of the absolute value of a standard normal variable.
 pub(crate) const MEDIAN_OF_NORMAL: f64 = 0.6745;
@@ -255,16 +256,6 @@ pub(crate) fn noise(signal: impl Iterator<Item = f64>) -> f64 {
     quantile(bends, 0.5) / (MEDIAN_OF_NORMAL * 6.0_f64.sqrt())
 }
 
-/// A quantile of unordered values by nearest rank; 0 if there are none.
-pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    // Selection, not sorting: logs have 10^5 samples.
-    let rank = ((values.len() - 1) as f64 * share).round() as usize;
-    *values.select_nth_unstable_by(rank, f64::total_cmp).1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -362,15 +353,5 @@ mod tests {
                 + if k % 2 == 0 { 1.0 } else { -1.0 }
         });
         assert!((noise(signal) - 4.0 / (MEDIAN_OF_NORMAL * 6.0_f64.sqrt())).abs() < 1e-3);
-    }
-
-    #[test]
-    fn quantiles_by_rank() {
-        assert_eq!(quantile(vec![], 0.5).to_bits(), 0.0_f64.to_bits());
-        let values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
-        assert!(
-            (quantile(values.clone(), 0.95) - 95.0).abs() < 1e-12
-                && (quantile(values, 0.5) - 50.0).abs() < 1e-12
-        );
     }
 }

@@ -6,7 +6,8 @@
 //! own regression) is not biased by it. The fit takes from here which flank a window presses on, no
 //! figure.
 
-use crate::{contact::quantile, window::WindowSample};
+use crate::window::WindowSample;
+use lostmotion_base::math::quantile;
 
 /// Most windows that are looked at. A choice: the edges of the gap are needed to a few parts in a
 /// hundred of the wind-up only.

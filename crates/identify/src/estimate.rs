@@ -1,7 +1,7 @@
 //! From the windows in contact to coefficients and their spread.
 
 use crate::{
-    contact::{Contact, MEDIAN_OF_NORMAL, quantile},
+    contact::{Contact, MEDIAN_OF_NORMAL},
     error::{FitError, NotExcited},
     huber::{HUBER_TUNING, Minimiser, Regression},
     result::SolverReport,
@@ -9,6 +9,7 @@ use crate::{
     solver::{QpSolver, SolveOptions},
     spread::{self, Spread},
 };
+use lostmotion_base::math::quantile;
 
 /// Rounds in which the residual scale and the fit settle on one another. Origin unknown, kept.
 const SCALE_ROUNDS: usize = 3;

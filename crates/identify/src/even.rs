@@ -1,6 +1,7 @@
 //! From rows at uneven times to samples at even ones.
 
-use crate::{contact::quantile, error::FitError};
+use crate::error::FitError;
+use lostmotion_base::math::quantile;
 
 /// How far a time between two rows may be off before the rows count as uneven, in parts of the
 /// period. A choice: times written with few decimals pass.

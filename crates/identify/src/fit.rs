@@ -1,7 +1,7 @@
 //! The fit with the load's position known.
 
 use crate::{
-    contact::{self, Contact, quantile},
+    contact::{self, Contact},
     error::{FitError, NotExcited},
     estimate::{
         COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLUTION_SHARE,
@@ -14,6 +14,7 @@ use crate::{
     solver::{Clarabel, QpSolver},
     window,
 };
+use lostmotion_base::math::quantile;
 
 /// Systematic error of the model as a share of the wind-up: the current between two samples of the
 /// log is not their mean. Measured on the simulated axis, whose current loop runs five times per

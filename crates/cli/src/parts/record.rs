@@ -1,9 +1,12 @@
 //! What a run shows and writes while it goes on.
 
-use super::simulate::Trace;
+use crate::options::{number, whole};
 use crate::output::{Failure, Progress, create_folder};
+use clap::Args;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
-use lostmotion::report::csv::{BlockWriter, ContourWriter, MotorWriter, ReversalWriter};
+use lostmotion::report::csv::{
+    BlockWriter, ContourWriter, MotorWriter, ReversalWriter, TraceRange,
+};
 use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
 use lostmotion::report::{WriteError, number};
 use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult};
@@ -15,6 +18,63 @@ use std::path::Path;
 /// A method's trace in the picture has at most twice this many points. A choice: more than a panel
 /// has pixels across.
 const PICTURE_POINTS: usize = 4000;
+
+/// What is written of every servo tick.
+#[derive(Debug, Args)]
+pub(crate) struct Trace {
+    /// Also write contour.csv: contour error and places of command and tool at every servo tick
+    #[arg(long, requires = "out")]
+    pub(crate) trace: bool,
+    /// Also write motors.csv: reference, motor, load, current, torque and engagement of every axis
+    /// at every servo tick
+    #[arg(long, requires = "out")]
+    pub(crate) trace_motors: bool,
+    /// Write traces from this time on, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
+    pub(crate) from: Option<f64>,
+    /// Write traces up to this time, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
+    pub(crate) to: Option<f64>,
+    /// Of so many servo ticks write only those with the peaks
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub(crate) every: Option<u64>,
+}
+
+impl Trace {
+    /// The ticks to write.
+    pub(crate) fn range(&self) -> Result<TraceRange, Failure> {
+        let given = [
+            ("--from", self.from.is_some()),
+            ("--to", self.to.is_some()),
+            ("--every", self.every.is_some()),
+        ];
+        // Without a trace they would do nothing, in silence.
+        if let Some((flag, _)) = given.iter().find(|(_, given)| *given)
+            && !(self.trace || self.trace_motors)
+        {
+            return Err(Failure::with_hint(
+                format!("{flag} is for --trace and --trace-motors; neither is given"),
+                "add --trace",
+            ));
+        }
+        let defaults = TraceRange::default();
+        let range = TraceRange {
+            from_s: self.from.unwrap_or(defaults.from_s),
+            to_s: self.to.unwrap_or(defaults.to_s),
+            every: self.every.unwrap_or(defaults.every),
+        };
+        if range.every == 0 {
+            return Err(Failure::message("--every is 0; it has to be 1 or above"));
+        }
+        if range.from_s > range.to_s {
+            return Err(Failure::message(format!(
+                "--to is {}; it has to be at least --from, {}",
+                range.to_s, range.from_s
+            )));
+        }
+        Ok(range)
+    }
+}
 
 /// The files of a run with `--out`.
 struct RunFiles {

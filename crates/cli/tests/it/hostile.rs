@@ -158,7 +158,10 @@ fn fits_of_another_axis_and_two_of_one_are_refused() {
     let axis = ["--axis", "vmc3:x"];
     let run = ["axis", "run", "--setpoints", "setpoints.csv"];
     bench.expect(0, &[&run[..], &axis, &["-o", "trace.csv"]].concat());
-    bench.expect(0, &["axis", "fit", "trace.csv", "-o", "fit.json"]);
+    bench.expect(
+        0,
+        &[&["axis", "fit", "trace.csv", "-o", "fit.json"][..], &axis].concat(),
+    );
     let text = std::fs::read_to_string(bench.path("fit.json")).unwrap();
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     for gap in ["1e300", "150.0"] {

@@ -1,7 +1,7 @@
 //! From a log to the gap.
 
 use crate::{
-    contact::{MEDIAN_OF_NORMAL, noise, quantile},
+    contact::{MEDIAN_OF_NORMAL, noise},
     error::{FitError, NotExcited},
     estimate::RESOLUTION_SHARE,
     huber::HUBER_TUNING,
@@ -12,6 +12,7 @@ use crate::{
     solver::{Clarabel, QpSolver, SolveOptions},
     spread, window,
 };
+use lostmotion_base::math::quantile;
 
 use lostmotion_base::math;
 

@@ -74,7 +74,7 @@ pub(super) fn find_load(
     let residuals = (0..regression.targets.len())
         .map(|k| regression.residual(k, &start).abs())
         .collect();
-    let scale = crate::contact::quantile(residuals, 0.5) / crate::contact::MEDIAN_OF_NORMAL;
+    let scale = lostmotion_base::math::quantile(residuals, 0.5) / crate::contact::MEDIAN_OF_NORMAL;
     let options = SolveOptions {
         tolerance: settings.solver_tolerance,
         iterations: settings.solver_iterations,

@@ -1,11 +1,12 @@
 //! Which flank the contact torque presses on, window by window.
 
 use crate::{
-    contact::{MIN_TORQUE_SHARE, NOISE_FACTOR, noise, quantile},
+    contact::{MIN_TORQUE_SHARE, NOISE_FACTOR, noise},
     error::NotExcited,
     settings::FitSettings,
     window::WindowSample,
 };
+use lostmotion_base::math::quantile;
 
 /// A side, and the first and the last window of a stretch of it.
 pub(super) type Stretch = (i8, usize, usize);
