@@ -489,3 +489,18 @@ fn tables_fit_the_terminal() {
         }
     }
 }
+
+#[test]
+fn a_warning_of_the_program_has_one_prefix() {
+    let bench = Bench::new();
+    bench.file(
+        "part.ngc",
+        "G21 G90 G17\nG41 D2 G1 X10 F500\nX20\nY20\nG40 X30\nM2\n",
+    );
+    let told = bench.expect(0, &["simulate", "part.ngc", "--at", "900s=hold"]);
+    assert!(
+        told.contains("\nwarning[no-tool-radius]: line 2")
+            && told.contains("\nwarning: the intervention at 900 s"),
+        "{told}"
+    );
+}

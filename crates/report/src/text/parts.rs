@@ -70,7 +70,10 @@ fn at(block: &BlockRef) -> String {
 pub(super) fn warnings(program: &ProgramInfo, limit: usize) -> String {
     let mut out = String::new();
     for warning in program.warnings.iter().take(limit) {
-        out.push_str("warning: ");
+        // Findings in the program bring severity and code along: one prefix a message.
+        if !warning.starts_with("warning[") {
+            out.push_str("warning: ");
+        }
         out.push_str(warning);
         out.push('\n');
     }
