@@ -13,7 +13,7 @@ mod cycle;
 mod describing;
 mod loops;
 mod margins;
-mod matrix;
+
 mod model;
 mod response;
 

@@ -8,8 +8,8 @@
 //! pending voltage, the two last commands, the velocity integral, the filters, and the motor's
 //! position.
 
-use super::matrix::Matrix;
 use super::response::StateSpace;
+use lostmotion_base::matrix::Matrix;
 use lostmotion_drive::config::Drive;
 use lostmotion_drive::servo::Filters;
 use lostmotion_methods::AxisConfig;

@@ -1,7 +1,7 @@
 //! Linear systems in discrete time, and their frequency response.
 
-use super::matrix::Matrix;
 use lostmotion_base::math;
+use lostmotion_base::matrix::Matrix;
 
 /// A complex number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,7 +7,6 @@
 
 pub mod cause;
 pub mod circular;
-pub mod error;
 pub mod ledger;
 pub mod reversal;
 mod side;
@@ -17,9 +16,9 @@ pub mod types;
 
 pub use cause::{Cause, CauseRule, Shares};
 pub use circular::{Circle, CircularDeviation, Glitch, RadialPoint};
-pub use error::ContourError;
 pub use ledger::{BlockLedger, BlockRow, ErrorRecord, ReversalLedger, ReversalRow};
 pub use reversal::{Reversal, ReversalConfig, ReversalState};
 pub use statistics::{Place, Statistics, Summary};
 pub use tracker::{ContourTracker, FootPlace, FootState};
+pub use types::ContourError;
 pub use types::{ContourConfig, ContourInput, ContourSample, ProgrammedSegment};

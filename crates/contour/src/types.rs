@@ -1,4 +1,4 @@
-//! Input and output of the tracker.
+//! Input, output and errors of the tracker.
 
 use lostmotion_base::{BlockRef, Tick};
 use lostmotion_path::{Curve, Plane};
@@ -107,4 +107,46 @@ pub struct ContourSample {
     pub near_corner: bool,
     /// Angle between actual and commanded direction of the tool, rad.
     pub orientation_error_rad: f64,
+}
+
+/// An input that is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContourError {
+    /// Segments pushed out of order.
+    #[error("segment {pushed} was pushed after segment {last}; running numbers have to grow")]
+    Order {
+        /// The one pushed.
+        pushed: u64,
+        /// The one before.
+        last: u64,
+    },
+    /// A sample whose commanded segment is not held: not pushed yet, or released.
+    #[error(
+        "the command at tick {tick} is on segment {segment}, which is not held ({held}); push segments before their samples"
+    )]
+    UnknownSegment {
+        /// When.
+        tick: Tick,
+        /// The segment that the sample names.
+        segment: u64,
+        /// What is held.
+        held: String,
+    },
+    /// A sample with a coordinate that is not a finite number.
+    #[error("{what} at tick {tick} is not finite: {values:?}")]
+    NotFinite {
+        /// When.
+        tick: Tick,
+        /// Which vector.
+        what: &'static str,
+        /// Its values.
+        values: [f64; 3],
+    },
+    /// A circle without a radius, or too few samples on one.
+    #[error("a circular test needs {what}")]
+    Circle {
+        /// What is missing, with values.
+        what: String,
+    },
 }

@@ -24,7 +24,6 @@ pub mod machine_tool;
 pub mod orient;
 mod pose;
 mod rotation;
-mod turns;
 
 pub use bow::{bow_mm, chord_bend};
 pub use cartesian::Cartesian;

@@ -3,7 +3,7 @@
 //!
 //! The direction of the tool in the workpiece's frame is R(u1, a) R(u2, b) t for two rotary joints
 //! in the order from the workpiece, whatever sits between them, so that one closed form
-//! (`turns::two`) serves tables, heads and nutating ones alike. It has two solutions, and at the
+//! (`rotation::two`) serves tables, heads and nutating ones alike. It has two solutions, and at the
 //! pole (the direction on u1) any angle of the first joint will do.
 
 mod branch;
@@ -13,7 +13,7 @@ pub use follow::OrientedStep;
 
 use crate::Reach;
 use crate::chain::{Chain, ChainJoint};
-use crate::turns;
+use crate::rotation;
 use lostmotion_base::vec::{add, dot, norm, sub, unit};
 use lostmotion_base::{AxisId, Coords, math};
 
@@ -134,14 +134,14 @@ impl Orientation {
             [first, second] => {
                 // The closed form counts from the joints' zeros, and in the sense of their
                 // directions.
-                let found = turns::two(&first.turning, &second.turning, self.tool, direction);
+                let found = rotation::two(&first.turning, &second.turning, self.tool, direction);
                 let positions =
                     |(a, b): (Option<f64>, f64)| (a.map(|a| first.position(a)), second.position(b));
                 found.into_iter().flatten().map(positions).collect()
             }
             [only] => {
                 // One joint reaches the directions of a cone alone.
-                let found = turns::one(&only.turning, self.tool, direction);
+                let found = rotation::one(&only.turning, self.tool, direction);
                 found
                     .into_iter()
                     .map(|angle| (angle.map(|a| only.position(a)), 0.0))

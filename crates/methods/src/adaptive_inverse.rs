@@ -29,8 +29,8 @@
 //! Nonlinearities*, Wiley 1996, chapters 2 to 4.
 
 use crate::AxisConfig;
-use crate::ramp::{Ramp, RampTime, direction};
 use crate::registry::{Registered, Settings, told};
+use crate::traverse::{Ramp, RampTime, direction};
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
@@ -195,7 +195,7 @@ impl Compensator for AdaptiveInverse {
         // the output is that of the flank only in steady contact, behind ramp and ringing
         if state.ticks >= self.settle_ticks
             && state.ramp.done()
-            && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S
+            && signals.reference.velocity.abs() > super::traverse::STANDING_RAD_S
         {
             self.learn(state, signals);
         }

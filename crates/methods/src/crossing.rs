@@ -30,7 +30,7 @@
 
 use crate::AxisConfig;
 use crate::passage::Passage;
-use crate::ramp::STANDING_RAD_S;
+use crate::traverse::STANDING_RAD_S;
 use crate::traverse::{Offset, Traverse, ticks_for};
 use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;

@@ -20,8 +20,8 @@
 //! with two amounts: `fixed-fanuc`.
 
 use crate::AxisConfig;
-use crate::ramp::{Ramp, RampTime, direction};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use crate::traverse::{Ramp, RampTime, direction};
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;

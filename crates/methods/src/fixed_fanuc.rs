@@ -22,8 +22,8 @@
 //! Source: Fanuc series 16i/18i/21i/30i, parameters 1851 (cutting), 1852 (rapid) and RBK of 1800.
 
 use crate::AxisConfig;
-use crate::ramp::{Ramp, RampTime, STANDING_RAD_S, direction};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use crate::traverse::{Ramp, RampTime, STANDING_RAD_S, direction};
 use lostmotion_drive::config::check::{AxisConfigError, between, positive};
 use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;

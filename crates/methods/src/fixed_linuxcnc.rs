@@ -22,8 +22,8 @@
 //! the correction at half of the joint's limits.
 
 use crate::AxisConfig;
-use crate::ramp::direction;
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use crate::traverse::direction;
 use lostmotion_drive::config::check::{AxisConfigError, positive};
 use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;

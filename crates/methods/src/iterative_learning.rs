@@ -32,9 +32,9 @@
 //! IEEE Control Syst. Mag. 26 (2006). The recognition of strokes is this project's.
 
 use crate::AxisConfig;
-use crate::ramp::direction;
 use crate::registry::{Registered, Settings};
 use crate::strokes::{Beginning, Law, Run, Strokes};
+use crate::traverse::direction;
 use lostmotion_drive::config::Transmission;
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};

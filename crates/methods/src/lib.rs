@@ -24,9 +24,7 @@
 
 mod crossing;
 mod filter;
-pub mod observed;
 mod passage;
-mod ramp;
 mod readings;
 pub mod registry;
 pub mod shaft;
@@ -34,8 +32,8 @@ mod strokes;
 mod traverse;
 
 pub use lostmotion_drive::{AxisOutput, Setpoint};
-pub use observed::Observed;
 pub use registry::{Method, MethodId, Registered, Settings, UnknownMethod, build_runner, run_with};
+pub use shaft::Observed;
 pub use shaft::{ShaftEstimate, ShaftEstimator, ShaftState};
 
 use lostmotion_drive::config::check::AxisConfigError;

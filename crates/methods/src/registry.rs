@@ -1,6 +1,6 @@
 //! The open set of compensators: what a registered one declares, and how an axis gets one by name.
 
-use crate::observed::Observed;
+use crate::shaft::Observed;
 use crate::{AxisConfig, METHODS, NAMES};
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::check::AxisConfigError;

@@ -21,8 +21,8 @@
 //! injection pulse of Siemens and Heidenhain.
 
 use crate::AxisConfig;
-use crate::ramp::direction;
 use crate::registry::{Registered, Settings};
+use crate::traverse::direction;
 use lostmotion_drive::config::Transmission;
 use lostmotion_drive::config::check::{AxisConfigError, between, not_negative};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};

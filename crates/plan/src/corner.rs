@@ -10,9 +10,9 @@
 
 use crate::chord::Chord;
 use crate::machine::Machine;
+use crate::motion::Stretch;
 use crate::motion::{PathState, Profile};
 use crate::piece::{Piece, sideways};
-use crate::stretch::Stretch;
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;

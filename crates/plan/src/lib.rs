@@ -67,7 +67,6 @@ pub mod planner;
 mod profile;
 mod sampler;
 mod soft;
-mod stretch;
 pub mod travel;
 mod window;
 

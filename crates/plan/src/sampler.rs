@@ -1,8 +1,8 @@
 //! From planned stretches to samples at the clock's ticks.
 
 use crate::chord::Chord;
+use crate::motion::Stretch;
 use crate::piece::size;
-use crate::stretch::Stretch;
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
 use lostmotion_kinematics::{JointMap, Kinematics};

@@ -18,7 +18,7 @@ use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
 use lostmotion_study::endurance::run as endure;
 use lostmotion_study::matrix::motion::program as motion_program;
 use lostmotion_study::matrix::{Cell, CellResult, Traced, run_cell, table};
-use lostmotion_study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
+use lostmotion_study::paper::{FORMS, Trial, figures, outlook, scan, shaft_trials, text, trials};
 use std::io::{self, BufWriter, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -418,8 +418,8 @@ pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
     let failed = |error: StudyError| Failure::message(error.to_string());
     // A folder that cannot be made is reported before the work is done.
     let folder = args.out.as_deref().map(output::create_folder).transpose()?;
-    let trials = trials(&Trial::CHOSEN, &scan::FORMS).map_err(failed)?;
-    let scanned = scan::scan().map_err(failed)?;
+    let trials = trials(&Trial::CHOSEN, &FORMS).map_err(failed)?;
+    let scanned = scan().map_err(failed)?;
     let shafts = shaft_trials().map_err(failed)?;
     let markdown = text::markdown(&trials, &scanned, &shafts);
     if let Some(mut folder) = folder {

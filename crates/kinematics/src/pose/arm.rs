@@ -9,14 +9,14 @@
 //! 2. elbow: |E2 E3 w - p2| = |c - p2| in the plane across u2; two solutions, then the second joint
 //!    is one angle;
 //! 3. wrist: R4 R5 R6 = (R1 R2 R3)^-1 R, as for two rotary axes of a machine tool
-//!    ([`crate::turns::two`]); two solutions.
+//!    ([`crate::rotation::two`]); two solutions.
 //!
 //! Of the eight the one is taken that holds at home; it stays the same everywhere, so joints are
 //! continuous in the pose.
 
 use super::{Pose, in_order, layout, turns_to, words};
 use crate::chain::{Chain, wrist_center};
-use crate::turns::{about, cosine, two};
+use crate::rotation::{about, cosine, two};
 use crate::{Kinematics, KinematicsError, Layout, ToolPose};
 use lostmotion_base::vec::{Vec3, across, add, constant, dot, scale, sub};
 use lostmotion_base::{AXES, Coords, Jet, Real};

@@ -4,11 +4,10 @@
 //! What was planned stays: the joints go the same way p(sigma), and only how fast its time sigma
 //! goes by changes. So the tool never leaves the path of the plan, wherever it is told to stop,
 //! inside a blend or a rounded corner too. [`ramp`] brings the pace from one value to another in
-//! the shortest time that every joint's velocity, acceleration and jerk allow; [`aim`] finds a
+//! the shortest time that every joint's velocity, acceleration and jerk allow; [`ramp::aim`] finds a
 //! place where that can be done, at the latest where the plan itself rests.
 
 mod action;
-mod aim;
 mod course;
 mod ramp;
 mod retimed;
@@ -18,10 +17,10 @@ pub use action::Action;
 use crate::optimal::LimitJudge;
 use crate::{Heeds, PlanError, PlannerConfig, Sample};
 use action::Asked;
-use aim::{Aim, PACE_SLACK, aim};
 use course::{Course, PaceState};
 use lostmotion_base::{Clock, Coords, Tick};
 use ramp::Ramp;
+use ramp::{Aim, PACE_SLACK, aim};
 use retimed::{MOST_PACE, Retimed, SEAM_EXCESS};
 
 /// Longest step of the plan, ns. A choice: half of the usual command cycle; shorter costs time.

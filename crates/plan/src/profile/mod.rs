@@ -8,7 +8,7 @@
 //!    middle, and then so does their mean (|q''| v2 + |q'| a is convex).
 //! 2. [`scan`]: the highest speed below the caps, backward and forward, with the acceleration
 //!    carried across.
-//! 3. [`peaks`]: between speeding up and slowing down lies at least one window, so that the
+//! 3. [`average::widen`]: between speeding up and slowing down lies at least one window, so that the
 //!    acceleration in any window changes by no more than its bound.
 //! 4. [`average`]: the moving average itself, as corners of piecewise constant jerk.
 //! 5. [`TimeLaw`]: between two states that cannot change any more, a time law may find a faster motion
@@ -20,9 +20,7 @@ mod certificate;
 mod course;
 mod dilate;
 mod ideal;
-mod peaks;
 pub(crate) mod refined;
-mod rows;
 mod scan;
 mod spans;
 mod spline;
@@ -176,7 +174,7 @@ pub(crate) fn plan(task: &Task<'_>) -> Plan {
         members: &members,
     });
     Plan {
-        nodes: peaks::widen(&nodes, task.window_s),
+        nodes: average::widen(&nodes, task.window_s),
         cells,
         reach_ends,
     }

@@ -3,8 +3,8 @@
 
 use super::barrier::BarrierProblem;
 use super::certificate::{Certificate, KEPT_SHARE};
+use super::course::problem;
 use super::ideal::{ideal, time_between};
-use super::rows::problem;
 use super::spans::{Span, spans};
 use super::spline::Grid;
 use super::{Node, Section, TimeLaw};

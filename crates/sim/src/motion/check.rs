@@ -2,8 +2,8 @@
 //! simulated, so that all its errors are reported together.
 
 use super::curves::plan_item;
-use super::modes::Modes;
 use super::reader::Reader;
+use super::steer::Modes;
 use super::steer::Read;
 use super::travel::Excesses;
 use crate::error::SimError;

@@ -5,7 +5,7 @@
 //! travel   what lies beyond the travel, and which offset brings it in  (travel.rs)
 //! reader   text -> operations -> motion; tool directions        (reader.rs, steer.rs)
 //! curves   motion -> curves and planner's items                 (curves.rs)
-//! feed     moves -> samples, segments                           (feed.rs, modes.rs)
+//! feed     moves -> samples, segments                           (feed.rs)
 //! paced    samples at another pace: hold, override, stop        (paced.rs)
 //! bow      samples, moves -> how far the tool is off where joints go straight (bow.rs)
 //! ```
@@ -15,7 +15,6 @@ mod change;
 mod check;
 mod curves;
 mod feed;
-mod modes;
 mod paced;
 mod reader;
 mod steer;
@@ -26,5 +25,5 @@ pub(crate) use change::{CHANGES, LimitChange};
 pub(crate) use check::{Checked, check, planner_config};
 pub use curves::{Curves, ProgrammedMove, curve, plan_item};
 pub(crate) use feed::{Feed, Note};
-pub(crate) use modes::Modes;
 pub use reader::interpreter_config;
+pub(crate) use steer::Modes;

@@ -2,7 +2,7 @@
 //! has: a work offset.
 
 use super::curves::Curves;
-use super::modes::Modes;
+use super::steer::Modes;
 use crate::error::{SimError, TravelExcess, shown};
 use crate::machine::{Machine, WorkOffsets};
 use crate::setup::Setup;

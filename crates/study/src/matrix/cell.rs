@@ -1,14 +1,12 @@
-//! One cell: its program through the chain, all methods side by side.
+//! One cell: its program through the chain, all methods side by side, and the servo ticks that are
+//! traced.
 
-use super::cycle::{Windows, step_um};
-use super::events::Watch;
+use super::cycle::{Watch, Windows, step_um};
 use super::factor::{Cell, ENCODER, GAP};
-use super::frame::{Frame, Trace, Traced, caused_mm};
 use super::limit::Physics;
 use super::machine::AXES;
 use super::motion;
-use super::result::{CellResult, FIGURE_DECIMALS};
-use super::tally::Tally;
+use super::result::{CellResult, FIGURE_DECIMALS, Tally};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Tick};
 use lostmotion_contour::{ContourError, ContourSample, FootState};
@@ -323,5 +321,76 @@ fn count_um(cell: &Cell, motor_rad_per_mm: f64) -> f64 {
     match cell.number(ENCODER) as i32 {
         0 => 0.0,
         bits => UM_PER_MM * std::f64::consts::TAU / motor_rad_per_mm / f64::from(1_u32 << bits),
+    }
+}
+
+/// Receives the servo ticks of the traced method.
+pub type Trace<'a> = dyn FnMut(&Traced) + Send + 'a;
+
+/// A servo tick of the traced method.
+#[derive(Clone, Copy, Debug)]
+pub struct Traced {
+    /// Servo tick since the start of the program.
+    pub tick: Tick,
+    /// Signed contour error, um, and that of the machine without a gap.
+    pub error_um: [f64; 2],
+    /// Whether it counts for the figures.
+    pub measured: bool,
+    /// X and Y.
+    pub axes: [AxisSample; 2],
+}
+
+/// The part of a servo tick that all methods of a cell share.
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) tick: Tick,
+    pub(super) command: Sample,
+    pub(super) commanded_tip_mm: [f64; 3],
+    pub(super) without_gap: ContourSample,
+    /// Whether Z has reversed so often that its backlash counts, too.
+    pub(super) z_counts: bool,
+    /// Servo ticks since measuring began, if it has.
+    pub(super) since: Option<usize>,
+}
+
+impl Frame {
+    /// Whether it counts for the figures: a cutting move, after the first reversals.
+    pub(super) fn measured(&self) -> bool {
+        self.since.is_some() && self.command.path_speed > 0.0 && !self.without_gap.rapid
+    }
+}
+
+/// The part of a signed contour error that backlash causes: with the gap minus without (errors and
+/// loads with and without, mm). It can be no larger than the loads are apart. Where the difference
+/// is larger all the same, the path turns back so sharply that one place lies on its left and on
+/// its right: there the signs mean nothing, and the magnitudes are compared.
+pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2]) -> f64 {
+    // Triangle inequality: the distance to the path changes by no more than the loads are apart.
+    let apart = load
+        .iter()
+        .zip(ideal)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt();
+    let difference = with - without;
+    // Tolerance for rounding, and for the foot point, which is found to a hundredth.
+    if difference.abs() <= 1.01 * apart + 1e-6 {
+        difference
+    } else {
+        (with.abs() - without.abs()).clamp(-apart, apart)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_the_path_turns_back_only_magnitudes_are_compared() {
+        let at = |x: f64| [x, 0.0, 0.0];
+        assert!((caused_mm([3e-3, -1e-3], [at(4e-3), at(0.0)]) - 4e-3).abs() < 1e-18);
+        // 20 um on either side of a cusp, loads 1 um apart
+        assert!((caused_mm([20e-3, -19.5e-3], [at(1e-3), at(0.0)]) - 0.5e-3).abs() < 1e-15);
+        assert!((caused_mm([20e-3, -15e-3], [at(1e-3), at(0.0)]) - 1e-3).abs() < 1e-15);
     }
 }

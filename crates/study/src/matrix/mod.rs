@@ -4,8 +4,9 @@
 //! factor   what is varied, its levels, a cell and its name
 //! sample   which cells: each level equally often, pairs of levels as evenly as can be
 //! motion   cell -> part program          machine  cell -> machine
-//! cell     program -> plan -> all methods side by side -> contour errors      (frame, events, tally)
-//! limit    the physical limit            practical  what may be expected   cycle  limit cycles
+//! cell     program -> plan -> all methods side by side -> contour errors
+//! limit    the physical limit and what may be expected of a drive          cycle  limit cycles
+//! result   figures of a cell, and the sums that they come from
 //! run      cells on all cores            journal  results as lines, to go on from
 //! summary  distribution per method and regime      table  Markdown and CSV
 //! ```
@@ -17,23 +18,19 @@
 
 mod cell;
 mod cycle;
-mod events;
 pub mod factor;
-mod frame;
 pub mod journal;
 mod limit;
 pub mod machine;
 pub mod motion;
-pub mod practical;
 pub mod result;
 mod run;
 pub mod sample;
 pub mod summary;
 pub mod table;
-mod tally;
 
+pub use cell::{Trace, Traced};
 pub use factor::{Cell, FACTORS, Factor};
-pub use frame::{Trace, Traced};
 pub use limit::{Physics, traverse_s};
 pub use result::{CellResult, MethodFigures};
 pub use run::{Progress, run_cell, run_cells};

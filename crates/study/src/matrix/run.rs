@@ -1,8 +1,7 @@
 //! Cells on all cores, results by index.
 
-use super::cell::Bench;
+use super::cell::{Bench, Trace};
 use super::factor::{Cell, FEED, SHAPE};
-use super::frame::Trace;
 use super::result::CellResult;
 use super::{machine, motion};
 use crate::error::StudyError;

@@ -1,7 +1,6 @@
 //! The paper's figures, drawn from our runs.
 
-use super::scan::{FORMS, Scan};
-use super::trial::Trials;
+use super::trial::{FORMS, Scan, Trials};
 use lostmotion_base::{Clock, math};
 use lostmotion_drive::AxisSample;
 use lostmotion_methods::MethodId;
@@ -257,7 +256,7 @@ fn scan_figure(scan: &Scan, form: MethodId) -> String {
     };
     let mut curves: Vec<Series> = DRAWN_LAMBDAS.map(curve).into();
     // The paper's claim as a horizontal line.
-    let ends = super::scan::P0
+    let ends = super::trial::P0
         .iter()
         .map(|p0| [math::log10(*p0), 100.0 * super::CLAIM])
         .collect();

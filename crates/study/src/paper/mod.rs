@@ -9,14 +9,12 @@
 pub mod figures;
 pub mod motion;
 pub mod outlook;
-pub mod scan;
 pub mod text;
 mod trial;
 
 pub use motion::Move;
 pub use outlook::{ShaftTrial, shaft_trials};
-pub use scan::{Scan, ScanPoint, scan};
-pub use trial::{Outcome, Trial, Trials, trials};
+pub use trial::{FORMS, Outcome, Scan, ScanPoint, Trial, Trials, scan, trials};
 
 /// Part of half a gap that the paper's "less than 15 %" means.
 pub const CLAIM: f64 = 0.15;

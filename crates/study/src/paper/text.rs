@@ -2,8 +2,9 @@
 
 use super::CLAIM;
 use super::outlook::{self, ShaftTrial};
-use super::scan::{DISTANCE_RAD, FORMS, LAMBDA, P0, Scan, ScanPoint, VELOCITY_RAD_S};
-use super::trial::{Outcome, Trials};
+use super::trial::{
+    DISTANCE_RAD, FORMS, LAMBDA, Outcome, P0, Scan, ScanPoint, Trials, VELOCITY_RAD_S,
+};
 use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
 use std::fmt::Write;

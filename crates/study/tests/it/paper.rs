@@ -1,7 +1,8 @@
 //! The paper's experiments against what an independent prototype and the crate of the axis showed.
 use lostmotion_methods::MethodId;
-use lostmotion_study::paper::scan::FORMS;
-use lostmotion_study::paper::{Scan, Trial, figures, outlook, scan, shaft_trials, text, trials};
+use lostmotion_study::paper::{
+    FORMS, Scan, Trial, figures, outlook, scan, shaft_trials, text, trials,
+};
 
 #[test]
 fn without_compensation_the_load_stops_half_a_gap_off_on_either_side() {

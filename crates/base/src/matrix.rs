@@ -1,23 +1,38 @@
-//! Small dense matrices: product, exponential, spectral radius.
+//! Square matrices whose size is known at run time: product, exponential, spectral radius.
+//!
+//! For a handful of states; [`crate::linalg`] has the solvers of fixed size.
+//!
+//! ```
+//! use lostmotion_base::matrix::Matrix;
+//!
+//! let mut decay = Matrix::zero(2);
+//! decay.set(0, 0, -1.0);
+//! decay.set(1, 1, -2.0);
+//! let step = decay.exponential();
+//! assert!((step.get(0, 0) - 0.36787944117144233).abs() < 1e-15);
+//! assert!((step.spectral_radius() - step.get(0, 0)).abs() < 1e-10);
+//! ```
 
-use lostmotion_base::math;
+use crate::math;
 
 /// A square matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Matrix {
+pub struct Matrix {
     size: usize,
     entries: Vec<f64>,
 }
 
 impl Matrix {
-    pub(super) fn zero(size: usize) -> Matrix {
+    /// All entries 0.
+    pub fn zero(size: usize) -> Matrix {
         Matrix {
             size,
             entries: vec![0.0; size * size],
         }
     }
 
-    pub(super) fn identity(size: usize) -> Matrix {
+    /// 1 on the diagonal, 0 elsewhere.
+    pub fn identity(size: usize) -> Matrix {
         let mut out = Matrix::zero(size);
         for i in 0..size {
             out.set(i, i, 1.0);
@@ -25,28 +40,34 @@ impl Matrix {
         out
     }
 
-    pub(super) fn size(&self) -> usize {
+    /// Rows, which are as many as columns.
+    pub fn size(&self) -> usize {
         self.size
     }
 
-    pub(super) fn get(&self, row: usize, column: usize) -> f64 {
+    /// An entry; both places are below [`Matrix::size`].
+    pub fn get(&self, row: usize, column: usize) -> f64 {
         self.entries[row * self.size + column]
     }
 
-    pub(super) fn set(&mut self, row: usize, column: usize, value: f64) {
+    /// Sets an entry; both places are below [`Matrix::size`].
+    pub fn set(&mut self, row: usize, column: usize, value: f64) {
         self.entries[row * self.size + column] = value;
     }
 
-    pub(super) fn row(&self, row: usize) -> &[f64] {
+    /// The entries of a row, which is below [`Matrix::size`].
+    pub fn row(&self, row: usize) -> &[f64] {
         &self.entries[row * self.size..(row + 1) * self.size]
     }
 
-    pub(super) fn scaled(mut self, factor: f64) -> Matrix {
+    /// Every entry times a factor.
+    pub fn scaled(mut self, factor: f64) -> Matrix {
         self.entries.iter_mut().for_each(|entry| *entry *= factor);
         self
     }
 
-    pub(super) fn product(&self, other: &Matrix) -> Matrix {
+    /// `self` times `other`, which is of the same size.
+    pub fn product(&self, other: &Matrix) -> Matrix {
         let mut out = Matrix::zero(self.size);
         for (target, row) in out
             .entries
@@ -78,7 +99,7 @@ impl Matrix {
     }
 
     /// `exp(self)` by scaling, 20 Taylor terms and squaring.
-    pub(super) fn exponential(&self) -> Matrix {
+    pub fn exponential(&self) -> Matrix {
         let mut squarings = 0;
         let mut scale = 1.0;
         // Scaling: a small norm makes the series converge fast.
@@ -102,7 +123,7 @@ impl Matrix {
 
     /// Largest magnitude of an eigenvalue: `|A^m|^(1/m)` for m = 2^36, by squaring. What is not a
     /// number counts as infinite.
-    pub(super) fn spectral_radius(&self) -> f64 {
+    pub fn spectral_radius(&self) -> f64 {
         let mut power = self.clone().balanced();
         let (mut log, mut weight) = (0.0, 1.0);
         for _ in 0..=36 {
