@@ -78,8 +78,8 @@ impl Settings for FittedLookupSettings {
         between("torque_share", self.torque_share, 0.01, 1.0)
     }
 
-    fn tell_gap(&mut self, gap: Gap) {
-        self.gap = Some(gap);
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        vec![&mut self.gap]
     }
 }
 

@@ -54,8 +54,8 @@ impl Settings for FixedSettings {
         between("ramp_ms", self.ramp_ms, 0.0, 10_000.0)
     }
 
-    fn tell_gap(&mut self, gap: Gap) {
-        self.gap = Some(gap);
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        vec![&mut self.gap]
     }
 }
 

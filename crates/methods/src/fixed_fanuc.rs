@@ -65,8 +65,8 @@ impl Settings for FixedFanucSettings {
         between("ramp_ms", self.ramp_ms, 0.0, 10_000.0)
     }
 
-    fn tell_gap(&mut self, gap: Gap) {
-        self.cutting = Some(gap);
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        vec![&mut self.cutting, &mut self.rapid]
     }
 }
 

@@ -57,8 +57,8 @@ impl Settings for FixedLinuxcncSettings {
         )
     }
 
-    fn tell_gap(&mut self, gap: Gap) {
-        self.gap = Some(gap);
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        vec![&mut self.gap]
     }
 }
 

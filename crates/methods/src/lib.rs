@@ -29,12 +29,15 @@ mod readings;
 pub mod registry;
 pub mod shaft;
 mod strokes;
+mod told;
 mod traverse;
 
 pub use lostmotion_drive::{AxisOutput, Setpoint};
-pub use registry::{Method, MethodId, Registered, Settings, UnknownMethod, build_runner, run_with};
-pub use shaft::Observed;
-pub use shaft::{ShaftEstimate, ShaftEstimator, ShaftState};
+pub use registry::{
+    Method, MethodId, Registered, Settings, UnknownMethod, build_misled, build_runner, run_with,
+};
+pub use shaft::{Observed, ShaftEstimate, ShaftEstimator, ShaftState};
+pub use told::{Misled, Told};
 
 use lostmotion_drive::config::check::AxisConfigError;
 use lostmotion_drive::config::{CompensatorSettings, Gap, Transmission};
@@ -86,7 +89,23 @@ macro_rules! methods {
             /// Tells a total gap (a fit's result) to every method that may know it: `fixed`,
             /// `fixed-linuxcnc`, `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
             pub fn tell_gap(&mut self, gap: Gap) {
-                $($(<$file::$settings as Settings>::tell_gap(&mut self.$file, gap);)?)*
+                $($({
+                    let _: Option<$file::$settings> = None;
+                    if let Some(told) = Settings::gaps(&mut self.$file).into_iter().next() {
+                        *told = Some(gap);
+                    }
+                })?)*
+            }
+
+            /// Every gap that a method is told, times a factor. Methods that are told none by
+            /// their settings take the description's.
+            fn scale_gaps(&mut self, factor: f64) {
+                $($({
+                    let _: Option<$file::$settings> = None;
+                    for told in Settings::gaps(&mut self.$file) {
+                        *told = told.map(|gap| gap.times(factor));
+                    }
+                })?)*
             }
         }
 

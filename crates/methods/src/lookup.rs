@@ -68,8 +68,8 @@ impl Settings for LookupSettings {
         between("wind_up", self.wind_up, 0.0, 1.0)
     }
 
-    fn tell_gap(&mut self, gap: Gap) {
-        self.gap = Some(gap);
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        vec![&mut self.gap]
     }
 }
 

@@ -18,8 +18,11 @@ pub trait Settings: Default + PartialEq {
     /// The first value out of range, with its key.
     fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError>;
 
-    /// Tells a total gap to a method that may know it (a fit's result); others ignore it.
-    fn tell_gap(&mut self, _gap: Gap) {}
+    /// The total gaps that it may be told, the one that a fit finds first; none for a method that
+    /// knows no gap.
+    fn gaps(&mut self) -> Vec<&mut Option<Gap>> {
+        Vec::new()
+    }
 }
 
 /// A compensator that the registry can build from an axis' description.
@@ -56,7 +59,8 @@ pub struct Method {
     needs_fit: bool,
     closes_on_load: bool,
     suits: fn(&AxisConfig) -> Result<(), AxisConfigError>,
-    build: fn(&AxisConfig, f64) -> Box<dyn AxisRunner>,
+    /// The axis, what the method is told of it, and where it stands.
+    build: fn(&AxisConfig, &AxisConfig, f64) -> Box<dyn AxisRunner>,
 }
 
 impl Method {
@@ -68,7 +72,7 @@ impl Method {
             needs_fit: C::NEEDS_FIT,
             closes_on_load: C::CLOSES_ON_LOAD,
             suits: C::suits,
-            build: |config, start| boxed(config, C::from_axis(config), start),
+            build: |config, told, start| boxed(config, C::from_axis(told), start),
         }
     }
 }
@@ -236,11 +240,36 @@ pub fn build_runner(
     method: MethodId,
     start_position: f64,
 ) -> Result<Box<dyn AxisRunner>, AxisError> {
-    // the description first: methods rely on checked values
+    build_misled(config, config, method, start_position)
+}
+
+/// As [`build_runner`], of a drive that was told another axis than it moves: the method is made
+/// from the description `told`, everything else from `config`.
+///
+/// ```
+/// use lostmotion_methods::{AxisConfig, AxisOutput, Misled, MethodId, Setpoint, Told, build_misled};
+///
+/// let axis = AxisConfig::paper();
+/// let told = Misled { what: Told::Gap, factor: 1.3 }.of(&axis);
+/// let mut runner = build_misled(&axis, &told, MethodId::LOOKUP, 0.0)?;
+/// runner.push(&[Setpoint::moving(0.0, 0.0, 0.0)], &mut AxisOutput::new(false))?;
+/// # Ok::<(), lostmotion_drive::AxisError>(())
+/// ```
+///
+/// # Errors
+/// As [`build_runner`], of either description.
+pub fn build_misled(
+    config: &AxisConfig,
+    told: &AxisConfig,
+    method: MethodId,
+    start_position: f64,
+) -> Result<Box<dyn AxisRunner>, AxisError> {
+    // the descriptions first: methods rely on checked values
     config.check()?;
-    method.suits(config)?;
+    told.check()?;
+    method.suits(told)?;
     finite(start_position)?;
-    Ok((method.0.build)(config, start_position))
+    Ok((method.0.build)(config, told, start_position))
 }
 
 /// An axis with your own compensator: the counterpart of [`build_runner`] for types

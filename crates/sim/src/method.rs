@@ -4,7 +4,7 @@
 use crate::error::SimError;
 use crate::machine::names_of_axes;
 use lostmotion_drive::{AxisError, AxisRunner, Compensator};
-use lostmotion_methods::{AxisConfig, MethodId, build_runner, run_with};
+use lostmotion_methods::{AxisConfig, MethodId, Misled, build_misled, build_runner, run_with};
 use std::fmt;
 use std::sync::Arc;
 
@@ -66,6 +66,19 @@ impl Choice {
             Choice::OfAxes => build_runner(config, config.compensation.method, start),
             Choice::Registered(method) => build_runner(config, *method, start),
             Choice::Own { build, .. } => build(config, start),
+        }
+    }
+
+    /// The same, of a drive that is told something wrong; of registered methods alone.
+    pub(crate) fn misled(
+        &self,
+        config: &AxisConfig,
+        misled: Misled,
+        start: f64,
+    ) -> Result<Box<dyn AxisRunner>, AxisError> {
+        match self {
+            Choice::Registered(method) => build_misled(config, &misled.of(config), *method, start),
+            Choice::OfAxes | Choice::Own { .. } => self.runner(config, start),
         }
     }
 

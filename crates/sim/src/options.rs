@@ -1,5 +1,6 @@
 //! Settings of a run.
 
+use crate::control::Control;
 use crate::machine::{BOW_LIMIT_UM, Machine};
 use lostmotion_contour::ContourConfig;
 use lostmotion_drive::config::Interpolator;
@@ -52,6 +53,12 @@ pub struct SimulateOptions {
     /// How far the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for,
     /// mm.
     pub spline_tolerance_mm: f64,
+    /// By how much gap, friction and stiffness are told wrong in the runs that a recommendation
+    /// rests on, as part of the true value: below 1, 0 for no such runs. `None` for 0.3 where
+    /// methods are compared, and no such runs of one method alone.
+    pub misled_share: Option<f64>,
+    /// The control among whose functions a method is recommended; the machine's own if `None`.
+    pub control: Option<Control>,
     /// How much work the planner puts into a shorter time.
     pub quality: Quality,
     /// What an operator does while the program runs: feed hold, resume, override, stop; in the
@@ -88,6 +95,8 @@ impl Default for SimulateOptions {
             block_delete: interpreter.block_delete,
             tool_table: None,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
+            misled_share: None,
+            control: None,
             quality: Quality::default(),
             interventions: Vec::new(),
             limits: interpreter.limits,

@@ -7,7 +7,7 @@
 
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
-use lostmotion_methods::MethodId;
+use lostmotion_methods::{MethodId, Misled};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`Run`] and [`SingleRun`].
@@ -170,8 +170,29 @@ pub struct MethodResult {
     pub gantry: Option<GantryResult>,
     /// Largest error of cutting moves within the tolerance?
     pub within_tolerance: bool,
+    /// How it does where the drive is told its axis wrong; of methods that are compared and told
+    /// something.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misled: Vec<MisledResult>,
+    /// Why it is not recommended, if there is a reason.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_recommended: Option<String>,
     /// Remarks for people: saturation, a limit cycle, a method that does harm.
     pub notes: Vec<String>,
+}
+
+/// How a method does where the drive is told one quantity of its axes wrong.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct MisledResult {
+    /// What is told wrong, on every axis.
+    #[serde(flatten)]
+    pub misled: Misled,
+    /// Contour error of cutting moves, um.
+    pub cutting: ErrorStats,
+    /// What backlash adds to it, um.
+    pub backlash: ErrorStats,
 }
 
 /// The program that was run.
@@ -280,8 +301,10 @@ pub struct Run {
     pub without_gap: ErrorStats,
     /// One row a method, in the order asked for.
     pub results: Vec<MethodResult>,
-    /// The method with the smallest RMS of the part that backlash causes among those that need
-    /// nothing a drive does not have; `adaptive` where it is near. `None` if there is one method.
+    /// The method to use: never one that leaves a larger contour error than no compensation, as it
+    /// stands or with gap, friction or stiffness told wrong ([`MethodResult::misled`]); of the
+    /// others one that keeps the tolerance, with the smallest RMS in the worst of these runs.
+    /// `None` if there is one method, or none that can be recommended.
     pub recommended: Option<String>,
 }
 

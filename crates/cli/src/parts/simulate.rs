@@ -14,6 +14,7 @@ use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
 use lostmotion::report::text;
 use lostmotion::report::text::TextOptions;
+use lostmotion::sim::control::{Control, UnknownControl};
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 use std::path::PathBuf;
 
@@ -35,6 +36,21 @@ pub(crate) struct Run {
     /// linearly and only warned about otherwise
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) bow_limit_um: Option<f64>,
+    /// Show how methods do whose drives are told gap, friction or stiffness too small or too large,
+    /// by this many per cent. A comparison tests its recommendation with 30; 0 is no test
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        num_args = 0..=1,
+        default_missing_value = "30",
+        allow_negative_numbers = true,
+        value_parser = number
+    )]
+    pub(crate) sensitivity: Option<f64>,
+    /// Recommend among what this control can do; the machine's (`simulate.control`), or any method
+    /// on the motor, if left out
+    #[arg(long, value_name = "NAME", value_parser = controls())]
+    pub(crate) control: Option<String>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -57,6 +73,16 @@ pub(crate) struct Run {
     pub(crate) drives: Drives,
     #[command(flatten)]
     pub(crate) interventions: Interventions,
+}
+
+impl Run {
+    /// What is listed, with what was asked for besides.
+    fn listed(&self, options: TextOptions) -> TextOptions {
+        TextOptions {
+            sensitivity: self.sensitivity.is_some_and(|percent| percent > 0.0),
+            ..options
+        }
+    }
 }
 
 /// `simulate`.
@@ -83,6 +109,16 @@ pub(crate) struct Simulate {
     pub(crate) methods: Vec<String>,
     #[command(flatten)]
     pub(crate) run: Run,
+}
+
+/// Names of controls.
+fn controls() -> Names {
+    Names::new("control", Control::ALL.map(|control| (control.name(), "")))
+}
+
+fn control(name: &str) -> Result<Control, Failure> {
+    name.parse()
+        .map_err(|error: UnknownControl| Failure::message(error.to_string()))
 }
 
 /// Names of methods, and `all`.
@@ -113,6 +149,8 @@ fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
         cutting_force_n: run.cutting_force_n,
         bow_limit_um: run.bow_limit_um,
         threads: threads(run.threads)?,
+        control: run.control.as_deref().map(control).transpose()?,
+        misled_share: run.sensitivity.map(|percent| percent / 100.0),
         quality: run.quality.of_planner(),
         interventions: run.interventions.read()?,
         ..SimulateOptions::default()
@@ -197,9 +235,13 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         json_name: "simulation.json",
         json: &json,
         text_name: "simulation.txt",
-        text: &text::simulation(&simulation, &TextOptions::default()),
+        text: &text::simulation(&simulation, &run.listed(TextOptions::default())),
     })?;
-    show(run.format, &json, &text::simulation(&simulation, &shown()))?;
+    show(
+        run.format,
+        &json,
+        &text::simulation(&simulation, &run.listed(shown())),
+    )?;
     Ok(if simulation.result.within_tolerance {
         DONE
     } else {
@@ -231,9 +273,13 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         json_name: "comparison.json",
         json: &json,
         text_name: "comparison.txt",
-        text: &text::comparison(&comparison, &TextOptions::default()),
+        text: &text::comparison(&comparison, &run.listed(TextOptions::default())),
     })?;
-    show(run.format, &json, &text::comparison(&comparison, &shown()))?;
+    show(
+        run.format,
+        &json,
+        &text::comparison(&comparison, &run.listed(shown())),
+    )?;
     Ok(DONE)
 }
 

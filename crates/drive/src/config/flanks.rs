@@ -143,6 +143,18 @@ impl Gap {
         not_negative(key, value)
     }
 
+    /// The same gap times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Gap {
+        match self {
+            Gap::Um(value) => Gap::Um(value * factor),
+            Gap::Mdeg(value) => Gap::Mdeg(value * factor),
+            Gap::Arcsec(value) => Gap::Arcsec(value * factor),
+            Gap::Deg(value) => Gap::Deg(value * factor),
+            Gap::MotorRad(value) => Gap::MotorRad(value * factor),
+        }
+    }
+
     /// The gap in rad at the motor's shaft.
     pub fn motor_rad(&self, transmission: &Transmission) -> f64 {
         let ratio = transmission.load_per_motor_rad();

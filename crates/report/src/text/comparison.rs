@@ -25,10 +25,17 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
     out.push_str(&warnings(&comparison.program, MOST_WARNINGS));
     out.push_str("\ncontour error of cutting moves, um\n");
     out.push_str(&table(comparison, none, options));
+    if options.sensitivity {
+        out.push_str(&misled(
+            &comparison.results,
+            comparison.tolerance_um,
+            options,
+        ));
+    }
     out.push('\n');
     out.push_str(&recommendation(comparison, options));
     for result in &comparison.results {
-        out.push_str(&harm_line(result, none, options));
+        out.push_str(&reason_line(result, none, options));
     }
     for result in &comparison.results {
         for note in &result.notes {
@@ -104,26 +111,107 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
 }
 
 fn recommendation(comparison: &Run, options: &TextOptions) -> String {
+    let how = tested(&comparison.results);
     // The run recommends among the methods that need no scale on the load; `none` may be the best.
     match &comparison.recommended {
         Some(name) if name == MethodId::NONE.name() => {
-            let text = "none: no method compared improves on doing nothing with what a drive has";
-            format!("{} {text}\n", options.paint(Ink::Good, "recommended:"))
+            let text = "none: no method compared is safe to improve on doing nothing";
+            format!("{} {text}{how}\n", options.paint(Ink::Good, "recommended:"))
         }
-        Some(name) => format!("{} {name}\n", options.paint(Ink::Good, "recommended:")),
-        None => "recommended: no method; each of those compared needs more than a drive has\n"
-            .to_owned(),
+        Some(name) => format!("{} {name}{how}\n", options.paint(Ink::Good, "recommended:")),
+        None => "recommended: no method; the reasons follow\n".to_owned(),
     }
 }
 
-/// Says plainly what a method's verdict only hints at; a larger RMS is among the run's own notes.
-fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextOptions) -> String {
+/// What the recommendation was tested with.
+fn tested(results: &[MethodResult]) -> String {
+    let factors = results.iter().flat_map(|result| &result.misled);
+    let share = factors
+        .map(|run| run.misled.factor - 1.0)
+        .fold(0.0, f64::max);
+    if share > 0.0 {
+        format!(
+            " (also with gap, friction and stiffness told {} too small or too large)",
+            percent(share)
+        )
+    } else {
+        String::new()
+    }
+}
+
+/// Says plainly why a method is not recommended, and else what its verdict only hints at; a larger
+/// RMS is among the run's own notes.
+fn reason_line(
+    result: &MethodResult,
+    none: Option<&MethodResult>,
+    options: &TextOptions,
+) -> String {
+    let name = options.paint(Ink::Bad, &result.method);
+    // The table says what a method needs.
+    let needs_scale = result
+        .method
+        .parse()
+        .is_ok_and(|method: MethodId| method.needs_load_scale());
+    match &result.not_recommended {
+        Some(reason) if !needs_scale => return format!("{name}: not recommended: {reason}\n"),
+        _ => {}
+    }
     let Some((none, Harm::Peak(ratio))) = none.and_then(|n| result.harm(n).map(|h| (n, h))) else {
         return String::new();
     };
     let [with, without] = [result, none].map(|r| error(r.backlash.max));
-    let name = options.paint(Ink::Bad, &result.method);
     format!(
         "{name}: higher peak than none: backlash max {with} um against {without} um, {ratio:.2} times\n"
+    )
+}
+
+/// How the methods do whose drives are told their axes wrong.
+pub(super) fn misled(results: &[MethodResult], tolerance_um: f64, options: &TextOptions) -> String {
+    let right = Align::Right;
+    let mut table = Table::new(&[
+        ("method", Align::Left),
+        ("told", Align::Left),
+        ("max", right),
+        ("RMS", right),
+        ("backlash max", right),
+        ("backlash RMS", right),
+        ("verdict", Align::Left),
+    ]);
+    let verdict = |max: f64| {
+        if max <= tolerance_um {
+            "within"
+        } else {
+            "outside"
+        }
+    };
+    let tried = results.iter().filter(|result| !result.misled.is_empty());
+    for result in tried.clone() {
+        table.row([
+            result.method.as_str().into(),
+            "right".into(),
+            Cell::Error(result.cutting.max),
+            Cell::Error(result.cutting.rms),
+            Cell::Error(result.backlash.max),
+            Cell::Error(result.backlash.rms),
+            verdict(result.cutting.max).into(),
+        ]);
+        for run in &result.misled {
+            table.row([
+                "".into(),
+                format!("{} x {:.2}", run.misled.what.name(), run.misled.factor).into(),
+                Cell::Error(run.cutting.max),
+                Cell::Error(run.cutting.rms),
+                Cell::Error(run.backlash.max),
+                Cell::Error(run.backlash.rms),
+                verdict(run.cutting.max).into(),
+            ]);
+        }
+    }
+    if tried.count() == 0 {
+        return "\nno method compared is told gap, friction or stiffness\n".to_owned();
+    }
+    format!(
+        "\ncontour error of cutting moves where the drives are told their axes wrong, um\n{}",
+        options.table(&table)
     )
 }

@@ -28,6 +28,8 @@ pub struct TextOptions {
     pub blocks: usize,
     /// How many of the worst reversals to list.
     pub reversals: usize,
+    /// Show how the methods do whose drives are told their axes wrong, where that was run.
+    pub sensitivity: bool,
     /// Longest line of a table; tables leave out columns to keep it. `None` for any length.
     pub width: Option<usize>,
 }
@@ -38,6 +40,7 @@ impl Default for TextOptions {
             color: false,
             blocks: 10,
             reversals: 10,
+            sensitivity: false,
             width: None,
         }
     }

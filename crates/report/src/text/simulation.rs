@@ -1,7 +1,7 @@
 //! The answer of `simulate`.
 
 use super::parts::{program, stats_row, stats_table, warnings};
-use super::{Ink, TextOptions, blocks};
+use super::{Ink, TextOptions, blocks, comparison};
 use crate::number::{error, plain};
 use lostmotion_sim::results::SingleRun;
 
@@ -37,6 +37,13 @@ pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
             result.reversal_count
         ));
         out.push_str(&blocks::reversals(reversals, options));
+    }
+    if options.sensitivity {
+        out.push_str(&comparison::misled(
+            std::slice::from_ref(result),
+            simulation.tolerance_um,
+            options,
+        ));
     }
     if !result.notes.is_empty() {
         out.push_str("\nnotes\n");

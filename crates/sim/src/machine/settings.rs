@@ -1,6 +1,7 @@
 //! The parts of a machine file that are plain values: positions, work offsets, homes, tools,
 //! planner, verdict.
 
+use crate::control::Control;
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
 use serde::{Deserialize, Serialize};
@@ -169,6 +170,10 @@ pub struct SimulateSettings {
     /// else there is a warning beyond [`BOW_LIMIT_UM`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bow_limit_um: Option<f64>,
+    /// The control of the machine, among whose functions a method is recommended; any method on the
+    /// motor if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control: Option<Control>,
 }
 
 impl Default for SimulateSettings {
@@ -177,6 +182,7 @@ impl Default for SimulateSettings {
             tolerance_um: 20.0,
             cutting_force_n: 0.0,
             bow_limit_um: None,
+            control: None,
         }
     }
 }

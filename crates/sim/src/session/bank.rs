@@ -7,7 +7,7 @@ use crate::method::Choice;
 use lostmotion_base::Coords;
 use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes};
 use lostmotion_methods::AxisConfig;
-use lostmotion_methods::{MethodId, build_runner};
+use lostmotion_methods::{MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 
@@ -37,18 +37,31 @@ pub(crate) struct Bank {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Variant<'a> {
     choice: Option<&'a Choice>,
+    misled: Option<Misled>,
 }
 
 impl<'a> Variant<'a> {
     /// Closed gaps, no compensator.
     pub(crate) fn without_gap() -> Variant<'a> {
-        Variant { choice: None }
+        Variant {
+            choice: None,
+            misled: None,
+        }
     }
 
     /// The machine as it is, with a compensator.
     pub(crate) fn with_gap(choice: &'a Choice) -> Variant<'a> {
         Variant {
             choice: Some(choice),
+            misled: None,
+        }
+    }
+
+    /// The same, whose drives are told something wrong.
+    pub(crate) fn misled(choice: &'a Choice, misled: Misled) -> Variant<'a> {
+        Variant {
+            choice: Some(choice),
+            misled: Some(misled),
         }
     }
 
@@ -62,9 +75,10 @@ impl<'a> Variant<'a> {
 
     /// A drive of this variant, from its description.
     fn runner(&self, config: &AxisConfig, at: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
-        match self.choice {
-            None => build_runner(config, MethodId::NONE, at),
-            Some(choice) => choice.runner(config, at),
+        match (self.choice, self.misled) {
+            (None, _) => build_runner(config, MethodId::NONE, at),
+            (Some(choice), None) => choice.runner(config, at),
+            (Some(choice), Some(misled)) => choice.misled(config, misled, at),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! From a run's tally to its results.
 
+use super::advice::recommend;
 use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
@@ -9,19 +10,12 @@ use crate::motion::Checked;
 use crate::options::BowLimit;
 use crate::program::BlockTexts;
 use crate::results::{
-    AxisResult, BlockResult, GantryResult, HARM_UM, Harm, MethodResult, PlanInfo, Run,
+    AxisResult, BlockResult, GantryResult, Harm, MethodResult, MisledResult, PlanInfo, Run,
     SCHEMA_VERSION,
 };
 use crate::setup::Setup;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_methods::MethodId;
-
-/// The method that is recommended where it is near the best: it has to be told nothing.
-const DEFAULT_METHOD: MethodId = MethodId::ADAPTIVE;
-/// How near, as part of what no compensation leaves. A choice: measuring a table of the gap costs
-/// more than a twentieth of the error is worth.
-const NEAR_BEST_SHARE: f64 = 0.05;
 
 /// The answer of a run.
 pub(crate) fn answer(
@@ -51,6 +45,16 @@ pub(crate) fn answer(
         row.text = texts.at(row.block.span);
     }
     // Needs all methods at once: harm is measured against `none` of the same run.
+    add_misled(&mut results, tally);
+    let control = options.control.or(machine.simulate().control);
+    let refusal = |choice: &Choice| match choice {
+        _ if choice.needs_load_scale(machine.configs()) => {
+            Some("needs a scale on the load, which most machines do not have".to_owned())
+        }
+        Choice::Registered(method) => control.and_then(|control| control.refusal(*method)),
+        Choice::OfAxes | Choice::Own { .. } => None,
+    };
+    let recommended = recommend(&mut results, choices, refusal, tolerance_um);
     note_harm(&mut results);
     let mut program = checked.program;
     let PlanInfo {
@@ -68,7 +72,6 @@ pub(crate) fn answer(
             .bow_warning(BowLimit::new(machine, options).um),
     );
     program.warnings.extend(tally.straightness.late_warning());
-    let needs_scale = |choice: &Choice| choice.needs_load_scale(setup.machine.configs());
     Run {
         schema: SCHEMA_VERSION,
         program,
@@ -87,7 +90,7 @@ pub(crate) fn answer(
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
-        recommended: recommended(&results, choices, needs_scale),
+        recommended,
         results,
     }
 }
@@ -124,6 +127,8 @@ fn method_result(
         axes,
         gantry: gantry(variant, tally),
         within_tolerance: cutting.max <= tolerance_um,
+        misled: Vec::new(),
+        not_recommended: None,
         notes: Vec::new(),
     };
     // Last: the notes quote figures of the result itself.
@@ -226,6 +231,8 @@ fn note_harm(results: &mut [MethodResult]) {
     };
     for result in results
         .iter_mut()
+        // One message a cause.
+        .filter(|result| result.not_recommended.is_none())
         .filter(|result| matches!(Harm::of(&result.backlash, &none), Some(Harm::Rms(_))))
     {
         // Diverged runs leave metres of error: decimals would say nothing.
@@ -235,67 +242,16 @@ fn note_harm(results: &mut [MethodResult]) {
     }
 }
 
-/// The method recommended among those that need no scale on the load.
-fn recommended(
-    results: &[MethodResult],
-    choices: &[Choice],
-    needs_scale: impl Fn(&Choice) -> bool,
-) -> Option<String> {
-    // A scale on the load is hardware that most machines do not have: methods that need one are
-    // shown, not recommended.
-    let rms: Vec<(&str, f64)> = results
-        .iter()
-        .zip(choices)
-        .filter(|(_, choice)| !needs_scale(choice))
-        .map(|(result, _)| (result.method.as_str(), result.backlash.rms))
-        .collect();
-    preferred(&rms)
-        .filter(|_| results.len() > 1)
-        .map(str::to_owned)
-}
-
-/// Of methods and their backlash RMS the one with the least; ties go to the one named first.
-/// [`DEFAULT_METHOD`], which has to be told nothing, goes before others that are hardly better: by
-/// no more than [`HARM_UM`] or [`NEAR_BEST_SHARE`] of what no compensation leaves.
-fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
-    // The least backlash RMS, the first of equals.
-    let (mut best, mut least) = (None, f64::INFINITY);
-    for (method, rms) in rms {
-        if best.is_none() || *rms < least {
-            (best, least) = (Some(*method), *rms);
+/// Adds to each method how it does where its drives are told something wrong.
+fn add_misled(results: &mut [MethodResult], tally: &Tally) {
+    let recorders = tally.recorders.iter().skip(WITHOUT_GAP + 1 + results.len());
+    for ((method, misled), recorder) in tally.misled.iter().zip(recorders) {
+        if let Some(result) = results.get_mut(*method) {
+            result.misled.push(MisledResult {
+                misled: *misled,
+                cutting: rows::stats(&recorder.cutting, UM_PER_MM),
+                backlash: rows::stats(&recorder.backlash, UM_PER_MM),
+            });
         }
-    }
-    let of = |name: MethodId| {
-        rms.iter()
-            .find(|(method, _)| *method == name.name())
-            .map(|(_, rms)| *rms)
-    };
-    // The default goes before it if it is near, and better than no compensation at all.
-    let none = of(MethodId::NONE).unwrap_or(0.0);
-    let near = of(DEFAULT_METHOD).is_some_and(|rms| {
-        rms <= least + (NEAR_BEST_SHARE * none).max(HARM_UM)
-            && (of(MethodId::NONE).is_none() || rms < none)
-    });
-    if near {
-        Some(DEFAULT_METHOD.name())
-    } else {
-        best
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn adaptive_goes_before_what_is_hardly_better_and_never_where_it_does_not_help() {
-        let told = |lookup: f64, adaptive: f64| {
-            preferred(&[("none", 5.0), ("lookup", lookup), ("adaptive", adaptive)])
-        };
-        assert_eq!(told(0.1, 0.34), Some("adaptive"));
-        assert_eq!(told(0.1, 0.36), Some("lookup"));
-        assert_eq!(told(6.0, 5.05), Some("none"));
-        assert_eq!(preferred(&[("none", 5.0), ("fixed", 5.0)]), Some("none"));
-        assert_eq!(preferred(&[]), None);
     }
 }

@@ -8,8 +8,10 @@
 //! recorder load positions -> contour errors, added up              (recorder.rs)
 //! run      the loop: step, judge, report                           (run.rs)
 //! collect  sums -> results                                         (collect.rs, rows.rs)
+//! advice   results -> the method to use                            (advice.rs)
 //! ```
 
+mod advice;
 mod bank;
 mod collect;
 mod cutting;

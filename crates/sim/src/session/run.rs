@@ -1,5 +1,6 @@
 //! The loop: a chunk of the plan, all axes of all variants, all contour errors, and again.
 
+use super::advice::misled_runs;
 use super::bank::Variant;
 use super::frame::contour_input;
 use super::recorder::Recorder;
@@ -16,6 +17,7 @@ use lostmotion_base::Clock;
 use lostmotion_contour::{FootState, Place, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
+use lostmotion_methods::Misled;
 use rayon::prelude::*;
 
 /// The variant that runs beside every method: no gap, no compensator.
@@ -26,7 +28,10 @@ pub(crate) struct Tally {
     pub(crate) cycles: Cycles,
     pub(crate) stepper: Stepper,
     /// The machine without a gap, then one per method.
+    /// Behind these the methods that are told something wrong.
     pub(crate) recorders: Vec<Recorder>,
+    /// Which method is told what wrong, in the order of the recorders.
+    pub(crate) misled: Vec<(usize, Misled)>,
     /// Contour error of the command itself on cutting moves.
     pub(crate) command: Statistics,
     /// How straight the tool goes.
@@ -90,8 +95,17 @@ fn run_on(
     // Variant 0 is the reference: what servo and command leave without a gap. Every method's error
     // is split against it.
     variants.extend(choices.iter().map(Variant::with_gap));
+    let methods = choices.len();
+    // Behind them the runs that a recommendation rests on, which nobody watches.
+    let misled = misled_runs(choices, setup.options.misled_share);
+    variants.extend(
+        misled
+            .iter()
+            .filter_map(|(index, misled)| Some(Variant::misled(choices.get(*index)?, *misled))),
+    );
     let mut stepper = Stepper::new(setup, &variants, threads, audience.wants_motors())?;
-    let mut judge = Judge::new(setup, &stepper, variants.len(), audience.wants_contour());
+    let points_of = if audience.wants_contour() { methods } else { 0 };
+    let mut judge = Judge::new(setup, &stepper, variants.len(), methods, points_of);
     let mut texts = audience
         .observer
         .as_ref()
@@ -105,7 +119,7 @@ fn run_on(
             judge.report_rows(*observer, texts);
             judge.report_contour(*observer);
             if observer.wants_motors() {
-                report_motors(*observer, &stepper, variants.len(), judge.servo);
+                report_motors(*observer, &stepper, methods, judge.servo);
             }
         }
         // After the rows, so that a caller who cancels here has seen what was finished.
@@ -124,6 +138,7 @@ fn run_on(
     let mut straightness = PlanInfo::default();
     stepper.feed.tell(&mut straightness);
     Ok(Tally {
+        misled,
         cycles: setup.machine.cycles(),
         stepper,
         recorders: judge.recorders,
@@ -139,14 +154,23 @@ struct Judge {
     without_gap_foot: FootState,
     command: Statistics,
     recorders: Vec<Recorder>,
+    /// How many of the variants are methods: those behind the machine without a gap.
+    methods: usize,
 }
 
 impl Judge {
-    fn new(setup: &Setup<'_>, stepper: &Stepper, variants: usize, with_points: bool) -> Judge {
+    /// Points are kept of the first `points_of` methods.
+    fn new(
+        setup: &Setup<'_>,
+        stepper: &Stepper,
+        variants: usize,
+        methods: usize,
+        points_of: usize,
+    ) -> Judge {
         let (axes, cycles) = (stepper.bank.outputs.axes().len(), setup.machine.cycles());
         let recorder = |variant| {
             // Observers see methods alone; the reference variant needs no points.
-            let with_points = with_points && variant != WITHOUT_GAP;
+            let with_points = variant != WITHOUT_GAP && variant <= points_of;
             Recorder::new(variant, axes, cycles, setup.options, with_points)
         };
         Judge {
@@ -155,6 +179,7 @@ impl Judge {
             without_gap_foot: FootState::default(),
             command: Statistics::default(),
             recorders: (0..variants).map(recorder).collect(),
+            methods,
         }
     }
 
@@ -217,9 +242,17 @@ impl Judge {
         Ok(())
     }
 
+    /// The recorders of the methods, by their number.
+    fn of_methods(&self) -> impl Iterator<Item = (usize, &Recorder)> {
+        self.recorders
+            .iter()
+            .skip(WITHOUT_GAP + 1)
+            .take(self.methods)
+            .enumerate()
+    }
+
     fn report_contour(&self, observer: &mut dyn Observer) {
-        // Recorder 0 is the machine without a gap: method n is recorder n + 1.
-        for (method, recorder) in self.recorders.iter().skip(1).enumerate() {
+        for (method, recorder) in self.of_methods() {
             if let Some(points) = &recorder.points {
                 observer.contour(method, points);
             }
@@ -227,7 +260,7 @@ impl Judge {
     }
 
     fn report_rows(&self, observer: &mut dyn Observer, texts: &mut BlockTexts) {
-        for (method, recorder) in self.recorders.iter().skip(1).enumerate() {
+        for (method, recorder) in self.of_methods() {
             let mut blocks: Vec<_> = recorder
                 .finished_blocks
                 .iter()
@@ -254,9 +287,9 @@ impl Judge {
 }
 
 /// Hands out the signals of all motors of the last chunk, method by method.
-fn report_motors(observer: &mut dyn Observer, stepper: &Stepper, variants: usize, servo: Clock) {
+fn report_motors(observer: &mut dyn Observer, stepper: &Stepper, methods: usize, servo: Clock) {
     // Variant 0 is the machine without a gap, which is no method.
-    for variant in WITHOUT_GAP + 1..variants {
+    for variant in WITHOUT_GAP + 1..=methods {
         let points: Vec<MotorPoint> = stepper
             .frames
             .iter()

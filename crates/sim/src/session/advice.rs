@@ -1,0 +1,264 @@
+//! Which of the methods compared to use.
+//!
+//! A recommendation is followed on a machine whose gap, friction and stiffness nobody knows to the
+//! last digit. So every method runs as it stands and once more for each quantity that it is told,
+//! told too small and too large ([`Misled`]). The worst of these runs counts:
+//!
+//! 1. Out is a method that needs what the drive or the control does not have, and one that in any
+//!    of its runs leaves a larger RMS or a larger peak of the contour error than no compensation.
+//! 2. Of the others, those that keep the tolerance in all their runs go first; among equals the
+//!    smaller worst RMS decides, then the smaller worst peak.
+//! 3. A method that has to be told nothing goes before one that is hardly better.
+
+use crate::method::Choice;
+use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult};
+use lostmotion_methods::{MethodId, Misled, Told};
+
+/// How near a method that is told nothing has to be to the best, as part of what no compensation
+/// leaves. A choice: measuring a gap costs more than a twentieth of the error is worth.
+const NEAR_BEST_SHARE: f64 = 0.05;
+
+/// By how much a drive may be told its axis wrong, if the caller does not say. A choice: what a gap
+/// wears, and friction changes with temperature and lubrication, between two visits of service.
+const USUAL_SHARE: f64 = 0.3;
+
+/// What a method is told wrong in the runs that test it: everything it is told, too small and too
+/// large by a share. Methods that need a scale on the load are shown, not recommended, so they are
+/// not tested.
+pub(crate) fn misled_runs(choices: &[Choice], share: Option<f64>) -> Vec<(usize, Misled)> {
+    // One method alone is not compared with anything.
+    let share = share.unwrap_or(if choices.len() < 2 { 0.0 } else { USUAL_SHARE });
+    if share <= 0.0 {
+        return Vec::new();
+    }
+    let mut runs = Vec::new();
+    for (index, choice) in choices.iter().enumerate() {
+        let Choice::Registered(method) = choice else {
+            continue;
+        };
+        if method.needs_load_scale() {
+            continue;
+        }
+        for what in Told::ALL
+            .into_iter()
+            .filter(|what| what.is_told_to(*method))
+        {
+            for factor in [1.0 - share, 1.0 + share] {
+                runs.push((index, Misled { what, factor }));
+            }
+        }
+    }
+    runs
+}
+
+/// A method as the recommendation sees it.
+struct Candidate {
+    index: usize,
+    /// Over all its runs.
+    rms: f64,
+    max: f64,
+    within: bool,
+    told_nothing: bool,
+}
+
+/// Says of each method why it is not recommended, if there is a reason, and answers the one that
+/// is.
+pub(crate) fn recommend(
+    results: &mut [MethodResult],
+    choices: &[Choice],
+    refusal: impl Fn(&Choice) -> Option<String>,
+    tolerance_um: f64,
+) -> Option<String> {
+    let none = results
+        .iter()
+        .find(|result| result.is_baseline())
+        .map(|result| result.cutting);
+    let mut candidates = Vec::new();
+    for (index, (result, choice)) in results.iter_mut().zip(choices).enumerate() {
+        let reason = refusal(choice).or_else(|| none.and_then(|none| worse_than(result, &none)));
+        if reason.is_none() {
+            candidates.push(candidate(index, result, choice, tolerance_um));
+        }
+        result.not_recommended = reason;
+    }
+    if results.len() < 2 {
+        return None;
+    }
+    let best = preferred(&candidates, none)?;
+    Some(results.get(best)?.method.clone())
+}
+
+/// In what a method is worse than no compensation, as it stands or misled.
+fn worse_than(result: &MethodResult, none: &ErrorStats) -> Option<String> {
+    let runs = std::iter::once((&result.cutting, String::new())).chain(
+        result
+            .misled
+            .iter()
+            .map(|misled| (&misled.cutting, misled.when())),
+    );
+    for (cutting, when) in runs {
+        for (kind, with, without) in [
+            ("RMS", cutting.rms, none.rms),
+            ("max", cutting.max, none.max),
+        ] {
+            if !(with <= without + HARM_UM) {
+                return Some(format!(
+                    "worse than none{when}: contour error {kind} {with:.2} um against {without:.2} um"
+                ));
+            }
+        }
+    }
+    None
+}
+
+fn candidate(index: usize, result: &MethodResult, choice: &Choice, tolerance_um: f64) -> Candidate {
+    let all = || std::iter::once(&result.cutting).chain(result.misled.iter().map(|m| &m.cutting));
+    let max = all().map(|cutting| cutting.max).fold(0.0, f64::max);
+    let told_nothing = match choice {
+        Choice::Registered(method) => !Told::ALL.iter().any(|what| what.is_told_to(*method)),
+        _ => false,
+    };
+    Candidate {
+        index,
+        rms: all().map(|cutting| cutting.rms).fold(0.0, f64::max),
+        max,
+        within: max <= tolerance_um,
+        told_nothing,
+    }
+}
+
+/// The best of the candidates, by its place in the list of methods.
+fn preferred(candidates: &[Candidate], none: Option<ErrorStats>) -> Option<usize> {
+    let by_merit = |a: &&Candidate, b: &&Candidate| {
+        b.within
+            .cmp(&a.within)
+            .then(a.rms.total_cmp(&b.rms))
+            .then(a.max.total_cmp(&b.max))
+            // The first of equals.
+            .then(a.index.cmp(&b.index))
+    };
+    let best = candidates.iter().min_by(by_merit)?;
+    let near = none
+        .map_or(0.0, |none| NEAR_BEST_SHARE * none.rms)
+        .max(HARM_UM);
+    let untold = candidates
+        .iter()
+        .filter(|candidate| candidate.told_nothing)
+        .min_by(by_merit)
+        .filter(|untold| untold.within >= best.within && untold.rms <= best.rms + near);
+    Some(untold.unwrap_or(best).index)
+}
+
+impl MisledResult {
+    /// ` if told a gap 30 % too large`.
+    fn when(&self) -> String {
+        let Misled { what, factor } = self.misled;
+        let percent = (factor - 1.0).abs() * 100.0;
+        let side = if factor > 1.0 { "large" } else { "small" };
+        format!(" if told a {} {percent:.0} % too {side}", what.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn errors(max: f64, rms: f64) -> ErrorStats {
+        ErrorStats {
+            max,
+            rms,
+            ..ErrorStats::default()
+        }
+    }
+
+    /// A method that leaves these errors: largest and RMS, as it stands and misled.
+    fn method(name: &str, right: (f64, f64), misled: &[(f64, f64)]) -> (MethodResult, Choice) {
+        let result = MethodResult {
+            method: name.to_owned(),
+            cutting: errors(right.0, right.1),
+            misled: misled
+                .iter()
+                .map(|(max, rms)| MisledResult {
+                    misled: Misled {
+                        what: Told::Gap,
+                        factor: 1.3,
+                    },
+                    cutting: errors(*max, *rms),
+                    backlash: ErrorStats::default(),
+                })
+                .collect(),
+            ..MethodResult::default()
+        };
+        let method = name.parse().unwrap_or_default();
+        (result, Choice::Registered(method))
+    }
+
+    /// What is recommended within 20 um, and the reasons against the methods.
+    fn told(
+        methods: impl IntoIterator<Item = (MethodResult, Choice)>,
+    ) -> (Option<String>, Vec<Option<String>>) {
+        let (mut results, choices): (Vec<_>, Vec<_>) = methods.into_iter().unzip();
+        let scale = |choice: &Choice| {
+            let Choice::Registered(method) = choice else {
+                return None;
+            };
+            method.needs_load_scale().then(|| "scale".to_owned())
+        };
+        let best = recommend(&mut results, &choices, scale, 20.0);
+        (
+            best,
+            results.into_iter().map(|r| r.not_recommended).collect(),
+        )
+    }
+
+    #[test]
+    fn what_is_worse_than_none_in_any_run_is_never_recommended() {
+        let none = || method("none", (25.0, 5.0), &[]);
+        // Exact values: a tenth; a gap told too large: a higher peak.
+        let lookup = method("lookup", (2.0, 0.5), &[(3.0, 1.0), (25.3, 1.0)]);
+        let (best, reasons) = told([none(), lookup, method("fixed", (18.0, 4.0), &[(19.0, 4.5)])]);
+        assert_eq!(best.as_deref(), Some("fixed"));
+        let text = "worse than none if told a gap 30 % too large: contour error max 25.30 um against 25.00 um";
+        assert_eq!(reasons[1].as_deref(), Some(text));
+        // Worse as it stands; not a number counts as worse.
+        let bad = [
+            method("fixed", (24.0, 5.2), &[]),
+            method("lookup", (f64::NAN, 1.0), &[]),
+        ];
+        let (best, reasons) = told(std::iter::once(none()).chain(bad));
+        assert_eq!(best.as_deref(), Some("none"));
+        assert!(reasons[1..].iter().all(Option::is_some), "{reasons:?}");
+        // What the machine does not have.
+        let (best, reasons) = told([none(), method("load-feedback", (1.0, 0.1), &[])]);
+        assert_eq!(best.as_deref(), Some("none"));
+        assert_eq!(reasons[1].as_deref(), Some("scale"));
+    }
+
+    #[test]
+    fn the_tolerance_goes_first_and_the_worst_run_counts() {
+        let none = || method("none", (40.0, 8.0), &[]);
+        // The smaller RMS, but out of tolerance once a value is wrong.
+        let lookup = method("lookup", (5.0, 1.0), &[(22.0, 1.5)]);
+        let fixed = method("fixed", (18.0, 3.0), &[(19.0, 4.0)]);
+        assert_eq!(told([none(), lookup, fixed]).0.as_deref(), Some("fixed"));
+        let lookup = method("lookup", (5.0, 1.0), &[(12.0, 4.5)]);
+        let fixed = method("fixed", (18.0, 3.0), &[(19.0, 4.0)]);
+        assert_eq!(told([none(), lookup, fixed]).0.as_deref(), Some("fixed"));
+    }
+
+    #[test]
+    fn a_method_that_is_told_nothing_goes_before_one_that_is_hardly_better() {
+        let with = |adaptive: f64| {
+            let methods = [
+                method("none", (9.0, 5.0), &[]),
+                method("lookup", (1.0, 0.1), &[(1.0, 0.1)]),
+                method("adaptive", (1.0, adaptive), &[]),
+            ];
+            told(methods).0
+        };
+        assert_eq!(with(0.34).as_deref(), Some("adaptive"));
+        assert_eq!(with(0.36).as_deref(), Some("lookup"));
+        assert_eq!(told([]).0, None);
+        assert_eq!(told([method("fixed", (1.0, 1.0), &[])]).0, None);
+    }
+}
