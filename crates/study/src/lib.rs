@@ -4,12 +4,15 @@
 //! through the real chain from G-code to contour error with every registered method, each held
 //! against the same machine without a gap.
 //!
+//! [`drawn`] is for judging: machines and programs drawn anew from a seed, which nobody has tuned on.
+//!
 //! [`paper`] runs the experiments of the paper again, [`mod@bench`] two motors back to back with a
 //! coupler that is known, [`endurance`] an axis for an hour.
 //!
 //! Everything here computes; files are written by the caller.
 
 pub mod bench;
+pub mod drawn;
 pub mod endurance;
 pub mod error;
 pub mod matrix;

@@ -1,5 +1,6 @@
 //! `lostmotion study`: the test matrix, single cells, couplers, endurance, and the paper.
 
+mod drawn;
 mod matrix;
 
 use crate::options::{methods as known_methods, number};
@@ -28,6 +29,8 @@ use std::path::{Path, PathBuf};
 pub(crate) enum StudyCommand {
     /// Run the test matrix: motions, gaps, friction, inertia and encoders, with every method
     Matrix(matrix::MatrixArgs),
+    /// Run machines and programs drawn at random: what methods do where nobody has tuned them
+    Drawn(drawn::Drawn),
     /// Run one cell of the matrix and write its trace
     Cell(CellArgs),
     /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and
@@ -93,6 +96,7 @@ pub(crate) struct Paper {
 pub(crate) fn run(study: &StudyCommand, quiet: bool) -> Result<u8, Failure> {
     match study {
         StudyCommand::Matrix(args) => matrix::run(args, quiet),
+        StudyCommand::Drawn(args) => drawn::run(args),
         StudyCommand::Cell(args) => cell(args),
         StudyCommand::Bench(args) => bench(args),
         StudyCommand::Endurance(args) => endurance(args),
