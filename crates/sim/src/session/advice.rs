@@ -12,7 +12,7 @@
 
 use crate::method::Choice;
 use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult};
-use lostmotion_methods::{MethodId, Misled, Told};
+use lostmotion_methods::{Misled, Told};
 
 /// How near a method that is told nothing has to be to the best, as part of what no compensation
 /// leaves. A choice: measuring a gap costs more than a twentieth of the error is worth.
