@@ -144,6 +144,14 @@ fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
     // First how the drives are commanded: a fit is checked with the axis that it goes to.
     let machine = run.drives.of(&run.on.machine()?)?;
     let machine = with_fits(machine, &run.fitted)?;
+    // Asked for the good range, which NaN is outside of.
+    if let Some(percent) = run.sensitivity
+        && !(0.0..=95.0).contains(&percent)
+    {
+        return Err(Failure::message(format!(
+            "--sensitivity is {percent}; it has to be from 0 to 95"
+        )));
+    }
     let options = SimulateOptions {
         tolerance_um: run.tolerance_um,
         cutting_force_n: run.cutting_force_n,

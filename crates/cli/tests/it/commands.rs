@@ -98,6 +98,36 @@ fn results_of_a_run_go_into_a_folder_together() {
 }
 
 #[test]
+fn a_recommendation_is_tested_and_is_what_the_control_can_do() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let run = [
+        "simulate",
+        "circle.ngc",
+        "--methods",
+        "none,fixed,fixed-fanuc",
+    ];
+    let text = bench.expect(0, &[&run[..], &["--control", "fanuc"]].concat());
+    assert!(
+        text.contains("fixed: not recommended: a fanuc control has no such function"),
+        "{text}"
+    );
+    assert!(text.contains("told 30 % too small or too large"), "{text}");
+    let table = bench.expect(0, &[&run[..], &["--sensitivity", "20"]].concat());
+    assert!(
+        table.contains("gap x 0.80") && table.contains("gap x 1.20"),
+        "{table}"
+    );
+    let plain = bench.expect(0, &[&run[..], &["--sensitivity", "0"]].concat());
+    assert!(!plain.contains("told"), "{plain}");
+    bench.refuses(
+        &["simulate", "circle.ngc", "--sensitivity", "120"],
+        &["--sensitivity", "95"],
+    );
+    bench.refuses(&[&run[..], &["--control", "fanux"]].concat(), &["fanuc"]);
+}
+
+#[test]
 fn compare_has_a_row_a_method() {
     let bench = Bench::new();
     bench.file("circle.ngc", CIRCLE);

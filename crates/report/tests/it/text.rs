@@ -1,12 +1,13 @@
 //! What people read, and what programs read.
 
 use crate::common::{comparison, method, simulation};
+use lostmotion_methods::{Misled, Told};
 use lostmotion_report::csv::{BlockWriter, ReversalWriter};
 use lostmotion_report::json;
 use lostmotion_report::text::{
     TextOptions, comparison as render_comparison, simulation as render_simulation,
 };
-use lostmotion_sim::results::Harm;
+use lostmotion_sim::results::{Harm, MisledResult};
 
 fn options() -> TextOptions {
     TextOptions::default()
@@ -20,6 +21,45 @@ fn a_simulation_in_a_terminal() {
 #[test]
 fn a_comparison_in_a_terminal() {
     insta::assert_snapshot!(render_comparison(&comparison(), &options()));
+}
+
+#[test]
+fn sensitivity_and_reasons_in_a_terminal() {
+    let mut run = comparison();
+    let right = run.results[1].cutting;
+    for (factor, share) in [(0.7, 1.1), (1.3, 2.5)] {
+        let mut misled = MisledResult::default();
+        misled.misled = Misled {
+            what: Told::Gap,
+            factor,
+        };
+        misled.cutting = right;
+        misled.cutting.max *= share;
+        misled.cutting.rms *= share;
+        run.results[1].misled.push(misled);
+    }
+    run.results[1].not_recommended = Some("worse than none if told a gap".to_owned());
+    let text = render_comparison(
+        &run,
+        &TextOptions {
+            sensitivity: true,
+            ..options()
+        },
+    );
+    for part in [
+        "gap x 0.70",
+        "gap x 1.30",
+        "(also with gap, friction and stiffness told 30 % too small or too large)",
+        "fixed: not recommended: worse than none if told a gap\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    // The table is there on request alone.
+    assert!(!render_comparison(&run, &options()).contains("gap x 0.70"));
+    run.results
+        .iter_mut()
+        .for_each(|result| result.misled.clear());
+    assert!(!render_comparison(&run, &options()).contains("30 %"));
 }
 
 #[test]

@@ -255,6 +255,14 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     if let Some(limit_um) = options.bow_limit_um {
         within("bow_limit_um", limit_um, (1e-3, 1e6), FROM_TO_UM)?;
     }
+    if let Some(share) = options.misled_share {
+        within(
+            "misled_share",
+            share,
+            (0.0, 0.95),
+            "a number from 0 to 0.95",
+        )?;
+    }
     positive("reversal_window_s", options.reversal_window_s)?;
     positive("max_duration_s", options.max_duration_s)?;
     within(

@@ -8,6 +8,7 @@
     reason = "a test says what went wrong by panicking; expected values are found independently"
 )]
 
+mod drawn;
 mod fixed_sample;
 mod matrix;
 mod paper;
