@@ -24,7 +24,7 @@ pub struct AxisOutput {
     pub trace: Option<Vec<AxisSample>>,
     /// What a control watches, at the last servo tick of each command cycle.
     pub monitored: Vec<Monitored>,
-    /// Sum over the servo ticks of the present command cycle of the square of the mean current, A2.
+    /// Sum of i_d^2 + i_q^2 over the servo ticks of the present command cycle, A2.
     pub(crate) current_squares: f64,
     /// Position and feedback of the last correction, rad.
     pub(crate) correction: f64,
@@ -40,8 +40,8 @@ pub struct Monitored {
     /// What the compensator adds to the position that the loop follows: its position and feedback,
     /// in the axis' unit.
     pub correction: f64,
-    /// Square of i_q, mean of the servo ticks of the command cycle, each with the mean current of
-    /// the servo period before it, A2.
+    /// `i_d^2 + i_q^2`, mean of the servo ticks of the command cycle, A2: at the ticks, not of the
+    /// mean current between them, which would hide a current loop that swings.
     pub current_squared: f64,
     /// [`AxisOutput::saturated_samples`] up to the end of the cycle.
     pub saturated_samples: u64,

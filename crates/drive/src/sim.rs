@@ -135,7 +135,8 @@ impl<C: Compensator> AxisSim<C> {
             saturated: state.servo.saturated,
             load_position: state.plant.load_position,
         };
-        out.current_squares += seen.mean_current * seen.mean_current;
+        let [direct, quadrature] = [state.plant.current_d, state.plant.current_q];
+        out.current_squares += direct * direct + quadrature * quadrature;
         let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
         out.correction = correction.position + correction.feedback;
         // the sample shows the axis before this tick's command has any effect

@@ -314,7 +314,7 @@ pub(super) struct Loops {
     /// Measured speed, and the mean current.
     pub(super) velocity: Row,
     pub(super) mean_current: Row,
-    /// Sum of its square over the servo ticks of the present setpoint.
+    /// Sum of i_d^2 + i_q^2 over the servo ticks of the present setpoint.
     pub(super) current_squares: Row,
     /// Position, velocity, torque and feedback of the corrections.
     pub(super) correction: [Row; 4],

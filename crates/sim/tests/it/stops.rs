@@ -105,17 +105,18 @@ fn a_speed_whose_error_is_within_the_limit_does_not_stop_the_machine() {
         standstill_error_units: standstill,
         ..Monitoring::OFF
     };
-    // At 50/s an error of 1 mm at 50 mm/s: 10 mm at 500 mm/s.
+    // At 50/s an error of 1 mm at 50 mm/s: 10 mm at 500 mm/s. While the axis brakes the error is
+    // larger by a/Kv^2, 8 um, which the limit at rest has to cover.
     for (feed, watched, stops) in [
         (2940, watched(1.0, None), false),
         (3060, watched(1.0, None), true),
-        (3060, watched(10.3, Some(0.1)), false),
-        (3060, watched(9.7, Some(0.1)), true),
+        (3060, watched(10.5, Some(0.3)), false),
+        (3060, watched(9.7, Some(0.3)), true),
         (3060, watched(9.7, Some(1.1)), false),
         (3060, watched(0.0, Some(0.1)), false),
     ] {
-        let machine = slow_x(50.0, 1000.0, watched);
-        let run = run(&machine, &format!("G21 G90\nG1 X100 F{feed}\nM2\n"));
+        let machine = slow_x(50.0, 20.0, watched);
+        let run = run(&machine, &format!("G21 G90\nG1 X300 F{feed}\nM2\n"));
         assert_eq!(stop(&run).is_some(), stops, "F{feed} {watched:?}");
     }
 }
