@@ -2,7 +2,8 @@
 //!
 //! A snapshot says what a part's error is to 0.1 um, which is below what any of its causes can be
 //! known to. It locks what other tests check by closed forms and invariants; review a change of one
-//! like a change of the model. A method that runs away is said to do so: how far it gets is chance.
+//! like a change of the model. A method that runs away is said to do so, and where it stops the
+//! machine: how far it gets is chance.
 
 use crate::common::{machine, part, run};
 use lostmotion::Run;
@@ -50,6 +51,16 @@ fn table(comparison: &Run) -> String {
     );
     for result in &comparison.results {
         let row = &result.cutting;
+        if let Some(stop) = &result.stop {
+            let line = stop.block.span.line;
+            let (limit, motor) = (stop.limit, stop.motor());
+            let _ = writeln!(
+                text,
+                "{:<14} stops in line {line}: {limit} of {motor}",
+                result.method
+            );
+            continue;
+        }
         if row.max > RUNS_AWAY_UM {
             let _ = writeln!(text, "{:<14} runs away", result.method);
             continue;
@@ -70,6 +81,14 @@ fn check(index: usize) {
     let (name, on) = PARTS[index];
     let comparison =
         run(&part(name), &machine(on), METHODS).unwrap_or_else(|error| panic!("{name}: {error}"));
+    // No sound machine stops, whatever sound method it has.
+    for result in comparison
+        .results
+        .iter()
+        .filter(|r| r.method != "published")
+    {
+        assert_eq!(result.stop, None, "{name} on {on}: {}", result.method);
+    }
     insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
         insta::assert_snapshot!(format!("{}__{on}", name.trim_end_matches(".ngc")), table(&comparison));
     });

@@ -76,7 +76,7 @@ fn program() -> clap::Command {
 
 /// What the program's exit codes mean.
 const AFTER: &str = "Exit codes: 0 done, and within tolerance where there is one; 1 outside \
-tolerance, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C.";
+tolerance, a machine that stops, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C.";
 
 /// What to do.
 #[derive(Debug, Subcommand)]

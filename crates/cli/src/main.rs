@@ -1,8 +1,9 @@
 //! The program `lostmotion`: arguments in, a verdict out.
 //!
-//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, warnings of
-//! `check` and `gcode lint`, or a program that `gcode format --check` would change; 2 bad input,
-//! with a message on stderr and nothing written; 130 ended by Ctrl-C, with nothing left behind.
+//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, a machine that
+//! stops, warnings of `check` and `gcode lint`, or a program that `gcode format --check` would
+//! change; 2 bad input, with a message on stderr and nothing written; 130 ended by Ctrl-C, with
+//! nothing left behind.
 //!
 //! Modules in the order of their dependencies: `output`, `input`, `findings` and `fits`; `options`
 //! that commands share; a module for the commands of each heading; `cli` above them.

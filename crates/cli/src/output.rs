@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Exit code: done, and within tolerance where there is one.
 pub(crate) const DONE: u8 = 0;
-/// Exit code: the part comes out outside its tolerance, or there are warnings.
+/// Exit code: the part comes out outside its tolerance, the machine stops, or there are warnings.
 pub(crate) const FOUND: u8 = 1;
 /// Exit code: something is wrong with what was given.
 pub(crate) const BAD_INPUT: u8 = 2;

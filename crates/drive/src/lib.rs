@@ -34,7 +34,7 @@ pub use batch::AxisBatch;
 pub use compensator::{Compensator, Knowledge, MethodInfo};
 pub use config::{AxisConfig, AxisConfigError};
 pub use error::AxisError;
-pub use runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
+pub use runner::{AxisOutput, AxisRunner, CurrentLoop, Monitored, Seen, TwinStep};
 pub use signal::{AxisSample, Correction, Engagement, Reference, Setpoint, Signals};
 pub use sim::{AxisSim, AxisState};
 pub use tied::{Tie, TiedAxes};

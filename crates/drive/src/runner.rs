@@ -22,6 +22,31 @@ pub struct AxisOutput {
     pub peak_current_a: f64,
     /// Everything at each servo tick, if a list is given here.
     pub trace: Option<Vec<AxisSample>>,
+    /// What a control watches, at the last servo tick of each command cycle.
+    pub monitored: Vec<Monitored>,
+    /// Sum of i_d^2 + i_q^2 over the servo ticks of the present command cycle, A2.
+    pub(crate) current_squares: f64,
+    /// Position and feedback of the last correction, rad.
+    pub(crate) correction: f64,
+}
+
+/// An axis at the last servo tick of a command cycle, as its control sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Monitored {
+    /// Position reference, in the axis' unit.
+    pub reference: f64,
+    /// Motor position from its encoder, at the load's side of the transmission, in the axis' unit.
+    pub motor: f64,
+    /// What the compensator adds to the position that the loop follows: its position and feedback,
+    /// in the axis' unit.
+    pub correction: f64,
+    /// `i_d^2 + i_q^2`, mean of the servo ticks of the command cycle, A2: at the ticks, not of the
+    /// mean current between them, which would hide a current loop that swings.
+    pub current_squared: f64,
+    /// [`AxisOutput::saturated_samples`] up to the end of the cycle.
+    pub saturated_samples: u64,
+    /// [`AxisOutput::peak_current_a`] up to the end of the cycle.
+    pub peak_current_a: f64,
 }
 
 impl AxisOutput {
@@ -37,6 +62,7 @@ impl AxisOutput {
     pub fn clear(&mut self) {
         self.load.clear();
         self.reference.clear();
+        self.monitored.clear();
         if let Some(trace) = &mut self.trace {
             trace.clear();
         }
@@ -169,5 +195,20 @@ impl CurrentLoop<'_> {
     #[inline]
     pub fn finish(&self, out: &mut AxisOutput) {
         out.saturated_samples += u64::from(self.servo_state.saturated);
+    }
+
+    /// The end of a command cycle of so many servo ticks: appends what a control watches.
+    #[inline]
+    pub(crate) fn monitor(&self, ticks: u32, peak_current_a: f64, out: &mut AxisOutput) {
+        let seen = &self.servo_state.velocity;
+        out.monitored.push(Monitored {
+            reference: seen.reference * self.units_per_motor_rad,
+            motor: seen.position * self.units_per_motor_rad,
+            correction: out.correction * self.units_per_motor_rad,
+            current_squared: out.current_squares / f64::from(ticks),
+            saturated_samples: out.saturated_samples,
+            peak_current_a,
+        });
+        out.current_squares = 0.0;
     }
 }

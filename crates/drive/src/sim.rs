@@ -135,7 +135,10 @@ impl<C: Compensator> AxisSim<C> {
             saturated: state.servo.saturated,
             load_position: state.plant.load_position,
         };
+        let [direct, quadrature] = [state.plant.current_d, state.plant.current_q];
+        out.current_squares += direct * direct + quadrature * quadrature;
         let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
+        out.correction = correction.position + correction.feedback;
         // the sample shows the axis before this tick's command has any effect
         out.load
             .push(state.plant.load_position * model.units_per_motor_rad);
@@ -215,6 +218,8 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
                 }
                 fast.finish(out);
             }
+            let (ticks, peak_current_a) = (self.model.servo_ticks, out.peak_current_a);
+            self.fast_half().monitor(ticks, peak_current_a, out);
         }
         Ok(())
     }

@@ -133,6 +133,10 @@ impl TiedAxes {
                 self.axes[1].begin_tick(index, out1);
                 self.periods(out0, out1);
             }
+            for (axis, out) in self.axes.iter_mut().zip([&mut *out0, &mut *out1]) {
+                let peak_current_a = out.peak_current_a;
+                axis.current_loop().monitor(ticks, peak_current_a, out);
+            }
         }
         Ok(())
     }

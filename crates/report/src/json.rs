@@ -104,6 +104,7 @@ const KEYS: &[(&str, Keep)] = &[
     ("p99", Keep::Inherit),
     ("p999", Keep::Inherit),
     // errors: um and mdeg
+    ("allowed", Keep::Error),
     ("backlash", Keep::Error),
     ("backlash_um", Keep::Error),
     ("bow_limit_um", Keep::Error),
@@ -121,8 +122,10 @@ const KEYS: &[(&str, Keep)] = &[
     ("servo", Keep::Error),
     ("skew_um", Keep::Error),
     ("tolerance_um", Keep::Error),
+    ("value", Keep::Error),
     ("without_gap", Keep::Error),
     // times in s, places and lengths in mm or deg, ratios, forces in N
+    ("at_limit_s", Keep::Other),
     ("at_mm", Keep::Other),
     ("cutting_force_n", Keep::Other),
     ("cutting_mm", Keep::Other),

@@ -92,6 +92,15 @@ impl Choice {
         }
     }
 
+    /// The registered method of an axis, if it is one.
+    pub(crate) fn method(&self, config: &AxisConfig) -> Option<MethodId> {
+        match self {
+            Choice::OfAxes => Some(config.compensation.method),
+            Choice::Registered(method) => Some(*method),
+            Choice::Own { .. } => None,
+        }
+    }
+
     /// Whether a drive has all that the method needs: none measures the load.
     pub(crate) fn needs_load_scale<'a>(
         &self,

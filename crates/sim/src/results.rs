@@ -140,6 +140,70 @@ pub struct GantryResult {
     pub block: BlockRef,
 }
 
+/// What a control watches while a machine moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum StopLimit {
+    /// Commanded minus measured position of the motor.
+    #[default]
+    FollowingError,
+    /// Position of the motor beyond the travel.
+    Travel,
+    /// Warmth of the motor by the square of its current.
+    Overload,
+}
+
+impl std::fmt::Display for StopLimit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            StopLimit::FollowingError => "following error",
+            StopLimit::Travel => "motor position",
+            StopLimit::Overload => "overload",
+        })
+    }
+}
+
+/// Where and why the control stops the machine, in a command cycle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct StopResult {
+    /// The axis.
+    pub axis: AxisId,
+    /// Whether it is the second motor of a gantry.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub second: bool,
+    /// The limit that it has passed.
+    pub limit: StopLimit,
+    /// When, s.
+    pub time_s: f64,
+    /// The block in force then.
+    pub block: BlockRef,
+    /// Tool tip commanded then, mm, from the program's zero.
+    pub at_mm: [f64; 3],
+    /// Unit of the two values below: `um` or `mdeg` of a following error, `mm` or `deg` of a
+    /// position, `%` of an overload.
+    pub unit: String,
+    /// What it was, signed.
+    pub value: f64,
+    /// The limit: of a following error its magnitude, of the travel its end with the overtravel, of
+    /// an overload 100.
+    pub allowed: f64,
+    /// How long the drive had been at its current or voltage limit by then, s.
+    pub at_limit_s: f64,
+    /// Why, as far as it can be told: an unstable loop, a drive at its limit, a compensator that
+    /// drives the axis off. May be empty.
+    pub reason: String,
+}
+
+impl StopResult {
+    /// The axis, and which of its motors on a gantry: `X`, `Y2`.
+    pub fn motor(&self) -> String {
+        format!("{}{}", self.axis, if self.second { "2" } else { "" })
+    }
+}
+
 /// How one method did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -168,7 +232,11 @@ pub struct MethodResult {
     /// Skew of the gantry, on machines that have one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gantry: Option<GantryResult>,
-    /// Largest error of cutting moves within the tolerance?
+    /// Where the control stops the machine; all figures are of what was before. `None` if it runs
+    /// to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopResult>,
+    /// Largest error of cutting moves within the tolerance, and the machine not stopped?
     pub within_tolerance: bool,
     /// How it does where the drive is told its axis wrong; of methods that are compared and told
     /// something.
@@ -193,6 +261,9 @@ pub struct MisledResult {
     pub cutting: ErrorStats,
     /// What backlash adds to it, um.
     pub backlash: ErrorStats,
+    /// Whether the control stops the machine; the errors are then of what was before.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stops: bool,
 }
 
 /// The program that was run.
@@ -301,7 +372,7 @@ pub struct Run {
     pub without_gap: ErrorStats,
     /// One row a method, in the order asked for.
     pub results: Vec<MethodResult>,
-    /// The method to use: never one that leaves a larger contour error than no compensation, as it
+    /// The method to use: never one that stops the machine, or leaves a larger contour error than no compensation, as it
     /// stands or with gap, friction or stiffness told wrong ([`MethodResult::misled`]); of the
     /// others one that keeps the tolerance, with the smallest RMS in the worst of these runs.
     /// `None` if there is one method, or none that can be recommended.
@@ -342,7 +413,8 @@ impl Run {
         self.first().into_iter().flat_map(MethodResult::blocks)
     }
 
-    /// Whether the first method keeps the tolerance on all cutting moves.
+    /// Whether the first method keeps the tolerance on all cutting moves, and the machine is not
+    /// stopped.
     pub fn is_within_tolerance(&self) -> bool {
         self.first().is_some_and(|result| result.within_tolerance)
     }
@@ -397,8 +469,12 @@ impl MethodResult {
         self.method == MethodId::NONE.name()
     }
 
-    /// In what it is worse than doing nothing on the same plan, if it is.
+    /// In what it is worse than doing nothing on the same plan, if it is and neither stops the
+    /// machine.
     pub fn harm(&self, baseline: &MethodResult) -> Option<Harm> {
+        if self.stop.is_some() || baseline.stop.is_some() {
+            return None;
+        }
         Harm::of(&self.backlash, &baseline.backlash)
     }
 }

@@ -74,10 +74,11 @@ pub(crate) fn run(command: &MachineCommand, quiet: bool) -> Result<u8, Failure> 
 fn checked(args: &CheckMachine) -> Result<String, Failure> {
     let (machine, tuning) = check(&args.file, &args.changes.read()?)?;
     Ok(format!(
-        "{}: machine \"{}\" is sound\n\n{}\n{}",
+        "{}: machine \"{}\" is sound\n\n{}\n{}\n{}",
         args.file,
         machine.name(),
         review(&machine),
+        monitoring(&machine),
         loops(&machine, &tuning, stdout_columns())
     ))
 }
@@ -174,6 +175,46 @@ fn review(machine: &Machine) -> String {
         }
     }
     format!("{}{remarks}", table.render_within(stdout_columns()))
+}
+
+/// Past what the machine stops, axis by axis.
+fn monitoring(machine: &Machine) -> String {
+    let right = Align::Right;
+    let mut table = Table::new(&[
+        ("stops past", Align::Left),
+        ("following error", right),
+        ("at rest", right),
+        ("overtravel", right),
+        ("continuous current", right),
+        ("peak current for", right),
+    ])
+    // The overload goes first on a narrow terminal.
+    .optional(&[5, 4]);
+    for axis in machine.axes() {
+        let limits = axis.monitor_limits();
+        let unit = axis.config.unit().symbol();
+        let length = |value: f64| format!("{value:.3} {unit}");
+        let or_off = |text: Option<String>| Cell::from(text.unwrap_or_else(|| "off".to_owned()));
+        // Of the upper end; that of the lower one is the same.
+        let end = axis.limits.max * axis.axis_units_per_joint_unit();
+        let peak = axis.config.drive.current_limit_a;
+        table.row([
+            axis.id.letter().to_string().into(),
+            or_off(limits.following.map(|limit| length(limit.full_speed))),
+            or_off(limits.following.map(|limit| length(limit.standstill))),
+            or_off(limits.travel.map(|[_, high]| length(high - end))),
+            or_off(
+                limits
+                    .overload
+                    .map(|it| format!("{:.1} A", it.continuous_a)),
+            ),
+            or_off(limits.overload.map(|it| {
+                it.borne_s(peak)
+                    .map_or_else(|| "ever".to_owned(), |borne_s| format!("{borne_s:.1} s"))
+            })),
+        ]);
+    }
+    table.render_within(stdout_columns())
 }
 
 /// A row for each loop of each axis, then a line for each axis' delays and limit cycles.

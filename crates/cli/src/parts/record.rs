@@ -271,8 +271,11 @@ fn file_name(path: &str) -> &str {
 
 fn caption(result: &MethodResult) -> String {
     let figure = number::error;
+    let stops = result.stop.as_ref().map_or(String::new(), |stop| {
+        format!("stops at {} s, up to there ", number::fixed(stop.time_s, 3))
+    });
     format!(
-        "max {} \u{b5}m, RMS {} \u{b5}m",
+        "{stops}max {} \u{b5}m, RMS {} \u{b5}m",
         figure(result.cutting.max),
         figure(result.cutting.rms)
     )

@@ -209,7 +209,8 @@ pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     )
 }
 
-/// One method, or each axis' own. Exit code 0 within tolerance, 1 outside.
+/// One method, or each axis' own. Exit code 0 within tolerance, 1 outside or where the machine
+/// stops.
 fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(run)?;
     let simulation = Simulation::new(&program, &machine);

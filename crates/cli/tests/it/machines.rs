@@ -445,3 +445,66 @@ fn the_gap_of_a_beam_is_that_of_both_its_ends() {
     let table = given(&bench, &["--preset", "vmc4", "--gap", "A=36"]);
     assert_eq!(table, ["gap_mdeg = 10.0"]);
 }
+
+/// The two commands agree on a drive that is unstable: the check refuses its file, and a run says
+/// that the machine stops.
+#[test]
+fn an_unstable_drive_is_refused_by_the_check_and_stops_the_machine() {
+    let bench = Bench::new();
+    let shown = bench.expect(0, &["machine", "show", "vmc3"]);
+    let gain = "velocity_gain_a_s_per_rad = 2.702";
+    bench.file(
+        "wild.toml",
+        shown.replacen(gain, "velocity_gain_a_s_per_rad = 20.0", 1),
+    );
+    bench.file("circle.ngc", CIRCLE);
+    let unstable = "the velocity loop is unstable";
+    bench.refuses(&["machine", "check", "wild.toml"], &[unstable]);
+    let simulate = ["simulate", "circle.ngc", "--machine", "wild.toml"];
+    let text = bench.expect(1, &simulate);
+    let verdict = text.lines().nth(1).unwrap_or_default();
+    assert!(
+        verdict.starts_with("the machine stops in line ")
+            && verdict.contains(" of X is ")
+            && verdict.contains(unstable),
+        "{text}"
+    );
+    let json = bench.expect(1, &[&simulate[..], &["--format", "json"]].concat());
+    assert!(
+        json.contains("\"stop\": {") && json.contains("\"within_tolerance\": false"),
+        "{json}"
+    );
+    // Watched no more, the same axis goes on.
+    let free = bench.expect(
+        0,
+        &[
+            &simulate[..],
+            &[
+                "--tolerance-um",
+                "100000",
+                "--set",
+                "axis.x.monitoring.following_error_units=0",
+                "--set",
+                "axis.x.monitoring.overtravel_units=0",
+                "--set",
+                "axis.x.monitoring.continuous_current_a=0",
+            ],
+        ]
+        .concat(),
+    );
+    assert!(
+        free.contains("within tolerance") && !free.contains("stops"),
+        "{free}"
+    );
+    bench.refuses(
+        &[
+            &simulate[..],
+            &["--set", "axis.x.monitoring.standstill_error_units=-1"],
+        ]
+        .concat(),
+        &[
+            "monitoring.standstill_error_units",
+            "a finite number above 0",
+        ],
+    );
+}

@@ -6,7 +6,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
 use super::twins::Twins;
 use crate::error::AxisError;
-use crate::runner::{AxisOutput, AxisRunner};
+use crate::runner::{AxisOutput, AxisRunner, Monitored};
 use crate::signal::Setpoint;
 use pulp::Arch;
 
@@ -234,14 +234,27 @@ impl Group {
         }
     }
 
-    /// Appends what the resident lanes showed during a setpoint.
-    fn show(&self, outputs: &mut [AxisOutput]) {
+    /// Appends what the lanes showed during a setpoint, and what their controls watch at its end.
+    fn show(&mut self, outputs: &mut [AxisOutput]) {
+        for (lane, (axis, output)) in self.axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
+            if self.marks.running[lane] && !self.marks.resident[lane] {
+                let peak_current_a = self.lanes.states.peak.0[lane];
+                axis.current_loop()
+                    .monitor(self.servo_ticks, peak_current_a, output);
+            }
+        }
         // the lanes keep a row for each servo tick, an output the ticks of one axis
         for (lane, output) in outputs
             .iter_mut()
             .enumerate()
             .filter(|(lane, _)| self.marks.resident[*lane])
         {
+            let monitored = self.lanes.monitored(lane, self.servo_ticks);
+            output.monitored.push(Monitored {
+                // the lane's own count is added at the end of the push
+                saturated_samples: output.saturated_samples + monitored.saturated_samples,
+                ..monitored
+            });
             output
                 .load
                 .extend(self.lanes.loops.shown.iter().map(|[load, _]| load.0[lane]));

@@ -1,7 +1,7 @@
 //! The numbers of a group of axes, quantity by quantity.
 
 use crate::plant::{Electric, Lane};
-use crate::runner::{CurrentLoop, Seen};
+use crate::runner::{CurrentLoop, Monitored, Seen};
 use crate::servo::{CurrentNumbers, TickNumbers};
 use crate::signal::Correction;
 
@@ -212,6 +212,23 @@ impl Lanes {
         }
     }
 
+    /// What the control of a resident lane watches at the end of a setpoint, with the lane's own
+    /// count of ticks at a limit; the sum of the squared current starts anew.
+    pub(super) fn monitored(&mut self, lane: usize, servo_ticks: u32) -> Monitored {
+        let (drive, units) = (&self.loops.states, self.loops.units.0[lane]);
+        let [position, _, _, feedback] = &self.loops.correction;
+        let monitored = Monitored {
+            reference: drive.reference.0[lane] * units,
+            motor: drive.seen.0[lane] * units,
+            correction: (position.0[lane] + feedback.0[lane]) * units,
+            current_squared: self.loops.current_squares.0[lane] / f64::from(servo_ticks),
+            saturated_samples: self.loops.saturated_ticks.0[lane] as u64,
+            peak_current_a: self.states.peak.0[lane],
+        };
+        self.loops.current_squares.0[lane] = 0.0;
+        monitored
+    }
+
     /// Takes up an axis' state.
     pub(super) fn gather(&mut self, lane: usize, axis: &CurrentLoop<'_>) {
         let (s, plant, current) = (
@@ -297,6 +314,8 @@ pub(super) struct Loops {
     /// Measured speed, and the mean current.
     pub(super) velocity: Row,
     pub(super) mean_current: Row,
+    /// Sum of i_d^2 + i_q^2 over the servo ticks of the present setpoint.
+    pub(super) current_squares: Row,
     /// Position, velocity, torque and feedback of the corrections.
     pub(super) correction: [Row; 4],
     /// Load and reference in the axis' unit at each tick.
@@ -341,6 +360,7 @@ impl Loops {
         s.first.0[lane] = current.first;
         s.electric_speed.0[lane] = current.electric_speed;
         self.saturated_ticks.0[lane] = 0.0;
+        self.current_squares.0[lane] = 0.0;
         // a compensator that is never asked (`none`) corrects by zero
         self.correction.iter_mut().for_each(|row| row.0[lane] = 0.0);
         // a voltage cut before this push still holds back the integral at the next tick

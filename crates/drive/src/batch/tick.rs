@@ -69,7 +69,10 @@ impl<S: Simd> Part<S> {
         self.put(&mut s.first, current);
         self.put(&mut x.sum, self.all(0.0));
         self.put(&mut loops.velocity, velocity);
+        let direct = self.get(&x.current_d);
+        let squares = self.get(&loops.current_squares) + (direct * direct + current * current);
         self.put(&mut loops.mean_current, mean);
+        self.put(&mut loops.current_squares, squares);
         // at the boundary everything is in the axis' unit
         self.put(&mut loops.shown[index][0], load * units);
         self.put(&mut loops.shown[index][1], reference * units);

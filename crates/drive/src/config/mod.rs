@@ -1,8 +1,8 @@
 //! Description of an axis, as machine files hold it: keys carry their unit, those that do not are
 //! in the axis' own; unknown keys are refused.
 //!
-//! What a file may add to an axis, all of it optional and off where left out (in a machine file the
-//! tables are `[axis.x.friction]` and so on):
+//! What a file may add to an axis, all of it optional and, but for `monitoring`, off where left out
+//! (in a machine file the tables are `[axis.x.friction]` and so on):
 //!
 //! ```
 //! # use lostmotion_drive::config::{AxisConfig, NoSettings};
@@ -31,6 +31,10 @@
 //! [drift]                     # gap, load_coulomb, load_viscous, load_inertia, motor_coulomb, motor_viscous, stiffness
 //! gap = { factor = 1.5, over_s = 60.0 }
 //! load_inertia = { factor = 2.0, over_s = 30.0, shape = "cycle" }
+//!
+//! [monitoring]                # past a limit the machine stops; 0 switches it off
+//! following_error_units = 2.0 # at full speed; axis units
+//! standstill_error_units = 0.5
 //! # "#;
 //! # let axis = toml::to_string(&AxisConfig::<NoSettings>::paper())?;
 //! # let config: AxisConfig = toml::from_str(&format!("{axis}{options}"))?;
@@ -46,6 +50,7 @@ mod filter;
 mod flanks;
 mod friction;
 mod load;
+mod monitoring;
 mod motor;
 mod preset;
 mod reference;
@@ -60,6 +65,7 @@ pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters
 pub use flanks::{ContactLaw, Flanks, Gap, StartInGap, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
 pub use load::{Gravity, Load, Reflected, Slide, Table};
+pub use monitoring::Monitoring;
 pub use motor::{Harmonic, MAX_HARMONICS, Motor, Ripple};
 pub use reference::Interpolator;
 pub use scale::{Scale, ScaleError};
@@ -134,6 +140,9 @@ pub struct AxisConfig<C = NoSettings> {
     /// What changes while the axis runs.
     #[serde(default, skip_serializing_if = "Drift::is_none")]
     pub drift: Drift,
+    /// Limits that are watched while it moves.
+    #[serde(default, skip_serializing_if = "Monitoring::is_usual")]
+    pub monitoring: Monitoring,
 }
 
 impl<C: CompensatorSettings> AxisConfig<C> {
@@ -168,6 +177,9 @@ impl<C: CompensatorSettings> AxisConfig<C> {
             .map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
         self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
+        self.monitoring
+            .check()
+            .map_err(|e| e.within("monitoring"))?;
         // last, because it divides by inertias, inductances and speeds that have to be above zero
         self.check_rates()
     }

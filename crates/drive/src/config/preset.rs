@@ -8,6 +8,7 @@ use super::filter::TorqueFilters;
 use super::flanks::{ContactLaw, Flanks, StartInGap};
 use super::friction::Frictions;
 use super::load::{Load, Reflected};
+use super::monitoring::Monitoring;
 use super::motor::{Motor, Ripple};
 use super::reference::Interpolator;
 use super::scale::Scale;
@@ -84,6 +85,7 @@ impl<C: Default> AxisConfig<C> {
             gravity: None,
             scale: Scale::default(),
             drift: Drift::NONE,
+            monitoring: Monitoring::default(),
         }
     }
 }

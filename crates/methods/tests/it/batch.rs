@@ -80,6 +80,8 @@ fn same(
             (alone.saturated_samples, alone.peak_current_a.to_bits()),
             (batched.saturated_samples, batched.peak_current_a.to_bits())
         );
+        assert_eq!(alone.monitored.len(), points.len());
+        assert_eq!(alone.monitored, batched.monitored, "{method}");
         let bits = |out: &AxisOutput| -> Vec<[u64; 5]> {
             let all = out.trace.iter().flatten();
             all.map(|s| {

@@ -1,6 +1,6 @@
 //! The answer of `compare`: one line a method.
 
-use super::parts::{program, warnings};
+use super::parts::{program, stop_place, stop_reason, warnings};
 use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, needs};
 use crate::number::{error, percent, plain};
@@ -35,6 +35,7 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
     out.push('\n');
     out.push_str(&recommendation(comparison, options));
     for result in &comparison.results {
+        out.push_str(&stop_line(result, options));
         out.push_str(&reason_line(result, none, options));
     }
     for result in &comparison.results {
@@ -61,9 +62,20 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
     // First to go on a narrow terminal: p99, needs, maximum and RMS, ratio to `none`.
     .optional(&[3, 8, 4, 2, 6]);
     for result in &comparison.results {
+        if let Some(stop) = &result.stop {
+            // Figures of a part of the program would be held against those of the whole.
+            let verdict = format!("stops {}", stop_place(stop));
+            let dashes = std::iter::repeat_n(Cell::from("-"), 6);
+            table.row(
+                std::iter::once(result.method.as_str().into())
+                    .chain(dashes)
+                    .chain([verdict.into(), needs(&result.method).into()]),
+            );
+            continue;
+        }
         // Of what no compensation leaves; without backlash there is nothing to compare with.
         let ratio = none
-            .filter(|n| n.backlash.rms > 0.0)
+            .filter(|n| n.backlash.rms > 0.0 && n.stop.is_none())
             .map_or("-".to_owned(), |n| {
                 percent(result.backlash.rms / n.backlash.rms)
             });
@@ -119,6 +131,9 @@ fn recommendation(comparison: &Run, options: &TextOptions) -> String {
             format!("{} {text}{how}\n", options.paint(Ink::Good, "recommended:"))
         }
         Some(name) => format!("{} {name}{how}\n", options.paint(Ink::Good, "recommended:")),
+        None if comparison.results.iter().all(|r| r.stop.is_some()) => {
+            "recommended: no method; the machine stops with each of those compared\n".to_owned()
+        }
         None => "recommended: no method; the reasons follow\n".to_owned(),
     }
 }
@@ -139,6 +154,19 @@ fn tested(results: &[MethodResult]) -> String {
     }
 }
 
+/// Says where and why the machine stops with a method, if it does.
+fn stop_line(result: &MethodResult, options: &TextOptions) -> String {
+    let Some(stop) = &result.stop else {
+        return String::new();
+    };
+    let name = options.paint(Ink::Bad, &result.method);
+    format!(
+        "{name}: the machine stops {}: {}\n",
+        stop_place(stop),
+        stop_reason(stop)
+    )
+}
+
 /// Says plainly why a method is not recommended, and else what its verdict only hints at; a larger
 /// RMS is among the run's own notes.
 fn reason_line(
@@ -153,7 +181,9 @@ fn reason_line(
         .parse()
         .is_ok_and(|method: MethodId| method.needs_load_scale());
     match &result.not_recommended {
-        Some(reason) if !needs_scale => return format!("{name}: not recommended: {reason}\n"),
+        Some(reason) if !needs_scale && result.stop.is_none() => {
+            return format!("{name}: not recommended: {reason}\n");
+        }
         _ => {}
     }
     let Some((none, Harm::Peak(ratio))) = none.and_then(|n| result.harm(n).map(|h| (n, h))) else {
@@ -203,7 +233,12 @@ pub(super) fn misled(results: &[MethodResult], tolerance_um: f64, options: &Text
                 Cell::Error(run.cutting.rms),
                 Cell::Error(run.backlash.max),
                 Cell::Error(run.backlash.rms),
-                verdict(run.cutting.max).into(),
+                if run.stops {
+                    "stops"
+                } else {
+                    verdict(run.cutting.max)
+                }
+                .into(),
             ]);
         }
     }

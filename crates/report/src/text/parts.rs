@@ -3,7 +3,7 @@
 use super::table::{Align, Cell, Table};
 use crate::number::{duration, error, fixed, plain};
 use lostmotion_base::BlockRef;
-use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo};
+use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo, StopLimit, StopResult};
 
 /// `1 line`, `2 lines`.
 pub(super) fn count(number: u64, singular: &str) -> String {
@@ -120,6 +120,45 @@ pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
         value(stats.p99),
         value(stats.p999),
     ]);
+}
+
+/// Where the machine stops: `in line 14 at 3.218 s`.
+pub(super) fn stop_place(stop: &StopResult) -> String {
+    format!(
+        "in line {} at {} s",
+        line(&stop.block),
+        fixed(stop.time_s, 3)
+    )
+}
+
+/// Which limit was passed, by how much, and why.
+pub(super) fn stop_reason(stop: &StopResult) -> String {
+    let StopResult {
+        unit,
+        value,
+        allowed,
+        ..
+    } = stop;
+    let motor = stop.motor();
+    let mut text = match stop.limit {
+        StopLimit::FollowingError => format!(
+            "the following error of {motor} is {} {unit}, allowed are {}",
+            error(value.abs()),
+            error(*allowed)
+        ),
+        StopLimit::Travel => format!(
+            "the motor of {motor} is at {} {unit}, its travel with overtravel ends at {}",
+            fixed(*value, 3),
+            fixed(*allowed, 3)
+        ),
+        // The value is beyond the limit by a fraction of a command cycle's.
+        _ => format!("the motor of {motor} is overloaded by its current"),
+    };
+    if !stop.reason.is_empty() {
+        text.push_str("; ");
+        text.push_str(&stop.reason);
+    }
+    text
 }
 
 /// A cause in words.

@@ -1,6 +1,6 @@
 //! The answer of `simulate`.
 
-use super::parts::{program, stats_row, stats_table, warnings};
+use super::parts::{program, stats_row, stats_table, stop_place, stop_reason, warnings};
 use super::{Ink, TextOptions, blocks, comparison};
 use crate::number::{error, plain};
 use lostmotion_sim::results::SingleRun;
@@ -54,7 +54,8 @@ pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
     out
 }
 
-/// The first line: inside or outside, by how much, where and why.
+/// The first lines: inside or outside, by how much, where and why; before that where and why the
+/// machine stops, if it does.
 fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
     let result = &simulation.result;
     let (ink, word) = if result.within_tolerance {
@@ -89,7 +90,15 @@ fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
             plain(simulation.tolerance_um)
         )
     };
-    format!("{who}\n{}: {what}\n\n", options.paint(ink, word))
+    let Some(stop) = &result.stop else {
+        return format!("{who}\n{}: {what}\n\n", options.paint(ink, word));
+    };
+    let stops = options.paint(Ink::Bad, "the machine stops");
+    format!(
+        "{who}\n{stops} {}: {}\nup to there: {what}\n\n",
+        stop_place(stop),
+        stop_reason(stop)
+    )
 }
 
 /// The table of contour errors.

@@ -3,7 +3,7 @@
 use lostmotion_base::{AxisId, BlockRef, Span};
 use lostmotion_sim::results::{
     AxisResult, BlockResult, Cause, ErrorParts, ErrorStats, MethodResult, PlanInfo, ProgramInfo,
-    ReversalResult, Run, SCHEMA_VERSION, SingleRun,
+    ReversalResult, Run, SCHEMA_VERSION, SingleRun, StopLimit, StopResult,
 };
 
 /// Statistics in proportion to a maximum.
@@ -103,6 +103,23 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
         gantry: None,
         within_tolerance: cutting <= 10.0,
         notes: Vec::new(),
+    })
+}
+
+/// X is off its command, because its compensator drives it.
+pub(crate) fn stop() -> StopResult {
+    made!(StopResult {
+        axis: AxisId::X,
+        limit: StopLimit::FollowingError,
+        time_s: 3.218_25,
+        block: at_line(14),
+        at_mm: [25.0, 1.5, -1.5],
+        unit: "um".to_owned(),
+        value: -1530.25,
+        allowed: 1024.0,
+        at_limit_s: 0.25,
+        reason: "the compensator asks for -1529 um; the drive was at its current or voltage limit for 0.250 s"
+            .to_owned(),
     })
 }
 

@@ -1,6 +1,6 @@
 //! The numbers of results in JSON.
 
-use crate::common::{simulation, stats};
+use crate::common::{simulation, stats, stop};
 use lostmotion_base::AxisId;
 use lostmotion_report::json;
 use lostmotion_sim::results::{GantryResult, Run, Straightness};
@@ -33,6 +33,7 @@ fn the_rounding_of_every_number_of_every_result_is_in_the_table() {
     let mut gantry = made!(GantryResult { axis: AxisId::Y });
     gantry.skew_um = stats(2.0);
     single.result.gantry = Some(gantry);
+    single.result.stop = Some(stop());
     let mut run = made!(Run { plan: single.plan });
     run.results = vec![single.result.clone()];
     let share = LimitShare::default();

@@ -1,6 +1,6 @@
 //! What people read, and what programs read.
 
-use crate::common::{comparison, method, simulation};
+use crate::common::{comparison, method, simulation, stop};
 use lostmotion_methods::{Misled, Told};
 use lostmotion_report::csv::{BlockWriter, ReversalWriter};
 use lostmotion_report::json;
@@ -71,6 +71,49 @@ fn a_program_that_does_not_cut_is_said_to() {
     run.result.reversals.clear();
     run.result.axes.clear();
     insta::assert_snapshot!(render_simulation(&run, &options()));
+}
+
+#[test]
+fn a_machine_that_stops_is_said_to_before_anything_else() {
+    let mut run = simulation();
+    run.result.stop = Some(stop());
+    run.result.within_tolerance = false;
+    let text = render_simulation(&run, &options());
+    let lines: Vec<&str> = text.lines().take(3).collect();
+    assert_eq!(
+        lines,
+        [
+            "circle.ngc on mill-worn, method fixed",
+            "the machine stops in line 14 at 3.218 s: the following error of X is 1530.2 um, allowed are 1024.0; the compensator asks for -1529 um; the drive was at its current or voltage limit for 0.250 s",
+            "up to there: largest contour error 12.35 um in line 5 (reversal of X), tolerance 10 um",
+        ]
+    );
+}
+
+#[test]
+fn a_method_that_stops_the_machine_has_no_figures_and_does_no_harm() {
+    let mut run = comparison();
+    run.results[2].stop = Some(stop());
+    run.results[2].notes.clear();
+    let text = render_comparison(&run, &options());
+    let row = text
+        .lines()
+        .find(|line| line.starts_with("published "))
+        .unwrap();
+    assert_eq!(
+        row.split_whitespace().collect::<Vec<_>>().join(" "),
+        "published - - - - - - stops in line 14 at 3.218 s -"
+    );
+    assert!(text.contains("\npublished: the machine stops in line 14 at 3.218 s: the following error of X is 1530.2 um"));
+    assert_eq!(run.results[2].harm(&run.results[0]), None);
+    for result in &mut run.results {
+        result.stop = Some(stop());
+    }
+    run.recommended = None;
+    let text = render_comparison(&run, &options());
+    assert!(
+        text.contains("recommended: no method; the machine stops with each of those compared\n")
+    );
 }
 
 #[test]

@@ -58,6 +58,9 @@ pub(super) struct DraftAxis {
     pub(super) acceleration: Option<Told>,
     pub(super) jerk: Option<Told>,
     pub(super) gap: Option<Told>,
+    /// Largest following error at full speed and at rest.
+    pub(super) following_error: Option<Told>,
+    pub(super) standstill_error: Option<Told>,
 }
 
 impl DraftAxis {
@@ -71,6 +74,8 @@ impl DraftAxis {
             acceleration: None,
             jerk: None,
             gap: None,
+            following_error: None,
+            standstill_error: None,
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::draft::{Draft, DraftAxis, Fate, Row, Told, float};
 use super::{Imported, problem};
 use crate::machine::{LimitsTable, Machine, MachineAxis, Problem, presets};
-use lostmotion_base::units::deg;
+use lostmotion_base::units::{deg, rad};
 use lostmotion_base::{AxisId, Coords};
+use lostmotion_drive::config::AxisUnit;
 use lostmotion_kinematics::chain::JointSpec;
 use lostmotion_kinematics::{KinematicsSpec, Words, build};
 use std::fmt::Write;
@@ -232,6 +233,7 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
             }
         }
     }
+    monitoring(axis, lender, out);
     let what = if axis.gap.is_some() {
         "drive, motor, load"
     } else {
@@ -243,6 +245,30 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
         format!("preset {source}"),
     ));
     (values[0], values[1])
+}
+
+/// Writes the limits of the following error that are told, in the unit of the axis that lends its
+/// drive.
+fn monitoring(axis: &DraftAxis, lender: &Lender, out: &mut String) {
+    let letter = axis.id.letter().to_ascii_lowercase();
+    let told = [
+        ("following_error_units", &axis.following_error),
+        ("standstill_error_units", &axis.standstill_error),
+    ];
+    let told = told.map(|(key, value)| value.as_ref().map(|value| (key, value)));
+    if told.iter().all(Option::is_none) {
+        return;
+    }
+    let _ = write!(out, "\n[axis.{letter}.monitoring]\n");
+    for (key, Told { value, from, .. }) in told.into_iter().flatten() {
+        // Told in mm or deg; an axis may be described in rad.
+        let value = if lender.axis.config.unit() == AxisUnit::Rad {
+            rad(*value)
+        } else {
+            *value
+        };
+        let _ = writeln!(out, "{key} = {} # {from}", float(value));
+    }
 }
 
 /// The lines of an axis in a preset's text, without its limits.

@@ -1,5 +1,5 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
-//! KINEMATICS; and of every [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets pins of
+//! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL] HALCMD where it sets pins of
 //! the kinematics. Units are those of the machine and seconds. See
 //! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
@@ -258,6 +258,8 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), 
         "MAX_ACCELERATION",
         "MAX_JERK",
         "BACKLASH",
+        "FERROR",
+        "MIN_FERROR",
     ];
     let axis = joints
         .of(entry.section)
@@ -287,7 +289,14 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), 
         joints.units.linear
     };
     let value = number(entry.line, &key, entry.value)? * scale;
-    if ["MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK"].contains(&entry.key) {
+    let above_zero = [
+        "MAX_VELOCITY",
+        "MAX_ACCELERATION",
+        "MAX_JERK",
+        "FERROR",
+        "MIN_FERROR",
+    ];
+    if above_zero.contains(&entry.key) {
         if value <= 0.0 {
             return Err(problem(
                 entry.line,
@@ -307,6 +316,8 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), 
         "MAX_VELOCITY" => &mut draft_axis.velocity,
         "MAX_ACCELERATION" => &mut draft_axis.acceleration,
         "MAX_JERK" => &mut draft_axis.jerk,
+        "FERROR" => &mut draft_axis.following_error,
+        "MIN_FERROR" => &mut draft_axis.standstill_error,
         _ => &mut draft_axis.gap,
     };
     // What a joint may do counts; an axis section only where there is no other.

@@ -5,7 +5,8 @@
 //! told too small and too large ([`Misled`]). The worst of these runs counts:
 //!
 //! 1. Out is a method that needs what the drive or the control does not have, and one that in any
-//!    of its runs leaves a larger RMS or a larger peak of the contour error than no compensation.
+//!    of its runs stops the machine, or leaves a larger RMS or a larger peak of the contour error
+//!    than no compensation.
 //! 2. Of the others, those that keep the tolerance in all their runs go first; among equals the
 //!    smaller worst RMS decides, then the smaller worst peak.
 //! 3. A method that has to be told nothing goes before one that is hardly better.
@@ -71,11 +72,13 @@ pub(crate) fn recommend(
 ) -> Option<String> {
     let none = results
         .iter()
-        .find(|result| result.is_baseline())
+        .find(|result| result.is_baseline() && result.stop.is_none())
         .map(|result| result.cutting);
     let mut candidates = Vec::new();
     for (index, (result, choice)) in results.iter_mut().zip(choices).enumerate() {
-        let reason = refusal(choice).or_else(|| none.and_then(|none| worse_than(result, &none)));
+        let reason = refusal(choice)
+            .or_else(|| stops(result))
+            .or_else(|| none.and_then(|none| worse_than(result, &none)));
         if reason.is_none() {
             candidates.push(candidate(index, result, choice, tolerance_um));
         }
@@ -86,6 +89,15 @@ pub(crate) fn recommend(
     }
     let best = preferred(&candidates, none)?;
     Some(results.get(best)?.method.clone())
+}
+
+/// Whether the control stops the machine with a method, as it stands or misled.
+fn stops(result: &MethodResult) -> Option<String> {
+    if result.stop.is_some() {
+        return Some("the machine stops".to_owned());
+    }
+    let misled = result.misled.iter().find(|misled| misled.stops)?;
+    Some(format!("the machine stops{}", misled.when()))
 }
 
 /// In what a method is worse than no compensation, as it stands or misled.
@@ -185,6 +197,7 @@ mod tests {
                     },
                     cutting: errors(*max, *rms),
                     backlash: ErrorStats::default(),
+                    stops: false,
                 })
                 .collect(),
             ..MethodResult::default()
@@ -228,6 +241,16 @@ mod tests {
         let (best, reasons) = told(std::iter::once(none()).chain(bad));
         assert_eq!(best.as_deref(), Some("none"));
         assert!(reasons[1..].iter().all(Option::is_some), "{reasons:?}");
+        // What stops the machine, and what does if it is told something wrong.
+        let mut thrown = method("fixed", (1.0, 0.1), &[]);
+        thrown.0.stop = Some(Default::default());
+        let mut misled = method("lookup", (1.0, 0.1), &[(1.0, 0.1)]);
+        misled.0.misled[0].stops = true;
+        let (best, reasons) = told([none(), thrown, misled]);
+        assert_eq!(best.as_deref(), Some("none"));
+        assert_eq!(reasons[1].as_deref(), Some("the machine stops"));
+        let text = "the machine stops if told a gap 30 % too large";
+        assert_eq!(reasons[2].as_deref(), Some(text));
         // What the machine does not have.
         let (best, reasons) = told([none(), method("load-feedback", (1.0, 0.1), &[])]);
         assert_eq!(best.as_deref(), Some("none"));

@@ -1,21 +1,25 @@
 //! From a run's tally to its results.
 
 use super::advice::recommend;
+use super::monitor::Stop;
 use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
-use crate::machine::MachineAxis;
+use crate::machine::{Machine, MachineAxis};
 use crate::method::Choice;
 use crate::motion::Checked;
 use crate::options::BowLimit;
 use crate::program::BlockTexts;
 use crate::results::{
     AxisResult, BlockResult, GantryResult, Harm, MethodResult, MisledResult, PlanInfo, Run,
-    SCHEMA_VERSION,
+    SCHEMA_VERSION, StopLimit, StopResult,
 };
 use crate::setup::Setup;
+use lostmotion_analysis::{Fault, analyse};
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
+use lostmotion_drive::AxisOutput;
+use lostmotion_methods::AxisConfig;
 
 /// The answer of a run.
 pub(crate) fn answer(
@@ -31,10 +35,7 @@ pub(crate) fn answer(
     let mut results: Vec<MethodResult> = choices
         .iter()
         .enumerate()
-        .map(|(index, choice)| {
-            let name = choice.name(setup.machine.configs());
-            method_result(setup, name, index + 1, tolerance_um, tally)
-        })
+        .map(|(index, choice)| method_result(setup, choice, index + 1, tolerance_um, tally))
         .collect();
     // Texts of the few worst blocks are read again from the program: the tally holds places alone.
     let mut texts = BlockTexts::new(setup.program, checked.files);
@@ -98,7 +99,7 @@ pub(crate) fn answer(
 /// The results of one method, which is a variant of the tally.
 fn method_result(
     setup: &Setup<'_>,
-    method: String,
+    choice: &Choice,
     variant: usize,
     tolerance_um: f64,
     tally: &Tally,
@@ -112,7 +113,7 @@ fn method_result(
         .map(|axis| axis_result(variant, axis, tally))
         .collect();
     let mut result = MethodResult {
-        method,
+        method: choice.name(machine.configs()),
         cutting,
         rapid: rows::stats(&recorder.rapid, UM_PER_MM),
         backlash: rows::stats(&recorder.backlash, UM_PER_MM),
@@ -126,7 +127,11 @@ fn method_result(
         reversal_count: recorder.turns.counts().iter().sum(),
         axes,
         gantry: gantry(variant, tally),
-        within_tolerance: cutting.max <= tolerance_um,
+        stop: recorder
+            .stop
+            .as_ref()
+            .map(|stop| stop_result(stop, choice, machine, tally)),
+        within_tolerance: recorder.stop.is_none() && cutting.max <= tolerance_um,
         misled: Vec::new(),
         not_recommended: None,
         notes: Vec::new(),
@@ -150,12 +155,21 @@ fn worst_blocks(recorder: &Recorder, servo: Clock) -> Vec<BlockResult> {
 
 fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
     let mut notes = Vec::new();
-    if result.cutting.samples == 0 {
+    if result.cutting.samples == 0 && result.stop.is_none() {
         notes.push(
             "the program has no cutting moves (G1, G2, G3); the verdict says nothing".to_owned(),
         );
     }
-    for axis in result.axes.iter().filter(|axis| axis.saturated_samples > 0) {
+    // Of the axis that stops the machine the reason of the stop says it.
+    let stops = |axis: &AxisResult| {
+        let stop = result.stop.as_ref();
+        stop.is_some_and(|stop| stop.axis == axis.axis)
+    };
+    for axis in result
+        .axes
+        .iter()
+        .filter(|axis| axis.saturated_samples > 0 && !stops(axis))
+    {
         let seconds = servo.seconds(axis.saturated_samples);
         notes.push(format!(
             "axis {}: the drive was at its current or voltage limit for {seconds:.3} s",
@@ -183,12 +197,95 @@ fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
     })
 }
 
+/// A stop with its reason.
+fn stop_result(stop: &Stop, choice: &Choice, machine: &Machine, tally: &Tally) -> StopResult {
+    // Behind the axes comes the second motor of a gantry.
+    let (axis, second) = match (machine.axes().get(stop.drive), machine.gantry()) {
+        (None, Some(gantry)) => (machine.axis(gantry.axis), Some(&gantry.second)),
+        (axis, _) => (axis, None),
+    };
+    let Some(axis) = axis else {
+        return StopResult::default();
+    };
+    // Axis units to mm or deg, through the joint unit that both are defined by.
+    let (large, small, per_joint_unit) = if axis.is_rotary() {
+        ("deg", "mdeg", lostmotion_base::units::deg(1.0))
+    } else {
+        ("mm", "um", 1.0)
+    };
+    let per_unit = per_joint_unit / axis.axis_units_per_joint_unit();
+    let (unit, factor) = match stop.limit {
+        StopLimit::FollowingError => (small, per_unit * 1e3),
+        StopLimit::Travel => (large, per_unit),
+        StopLimit::Overload => ("%", 100.0),
+    };
+    let servo = tally.cycles.servo();
+    let seen = stop.drives.get(stop.drive).copied().unwrap_or_default();
+    let at_limit_s = servo.seconds(seen.saturated_samples);
+    // A loop that is unstable by itself comes first: everything else may follow from it.
+    let mut reasons = Vec::new();
+    reasons.extend(instability(choice, second.unwrap_or(&axis.config)));
+    if seen.correction.abs() > 0.5 * excess(stop) {
+        let correction = seen.correction * per_unit * 1e3;
+        reasons.push(format!("the compensator asks for {correction:.0} {small}"));
+    }
+    if at_limit_s > 0.0 {
+        let text = "the drive was at its current or voltage limit for";
+        reasons.push(format!("{text} {at_limit_s:.3} s"));
+    }
+    StopResult {
+        axis: axis.id,
+        second: second.is_some(),
+        limit: stop.limit,
+        time_s: servo.seconds(stop.tick),
+        block: stop.block,
+        at_mm: stop.at_mm,
+        unit: unit.to_owned(),
+        value: stop.value * factor,
+        allowed: stop.allowed * factor,
+        at_limit_s,
+        reason: reasons.join("; "),
+    }
+}
+
+/// What is wrong with the loops of an axis with a method, if one of them is unstable.
+fn instability(choice: &Choice, config: &AxisConfig) -> Option<String> {
+    let mut config = config.clone();
+    if let Some(method) = choice.method(&config) {
+        // A method may close the position loop on the load.
+        config.compensation.method = method;
+    }
+    match analyse(&config).fault(&config)? {
+        fault @ Fault::Unstable(_) => Some(fault.to_string()),
+        _ => None,
+    }
+}
+
+/// How far the motor is off its command or its travel, in the axis' unit: a correction of that size
+/// is what took it there. No correction explains an overload.
+fn excess(stop: &Stop) -> f64 {
+    match stop.limit {
+        StopLimit::FollowingError => stop.value.abs(),
+        StopLimit::Travel => (stop.value - stop.allowed).abs(),
+        StopLimit::Overload => f64::INFINITY,
+    }
+}
+
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
-    let info = &tally.stepper.bank.outputs.axes()[axis];
-    let (output, second) = (
-        tally.stepper.bank.outputs.of(variant, axis),
-        tally.stepper.bank.outputs.second_of(variant, axis),
-    );
+    let outputs = &tally.stepper.bank.outputs;
+    let info = &outputs.axes()[axis];
+    // Where the machine has stopped, what its drives had done by then.
+    let stop = tally.recorders[variant].stop.as_ref();
+    let drive = |drive: usize, output: &AxisOutput| {
+        stop.and_then(|stop| stop.drives.get(drive))
+            .map_or((output.peak_current_a, output.saturated_samples), |seen| {
+                (seen.peak_current_a, seen.saturated_samples)
+            })
+    };
+    let (peak_current_a, saturated_samples) = drive(axis, outputs.of(variant, axis));
+    let second = outputs
+        .second_of(variant, axis)
+        .map(|(output, limit_a)| (drive(outputs.axes().len(), output), limit_a));
     let id = info.id;
     let unit = if info.rotary { "mdeg" } else { "um" };
     // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a
@@ -210,11 +307,11 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         reversals: tally.recorders[variant].turns.counts()[id.index()],
         // The harder loaded motor of a gantry decides, each by its own drive's limit.
         peak_current_ratio: second
-            .map_or(0.0, |(second, limit_a)| second.peak_current_a / limit_a)
-            .max(output.peak_current_a / info.current_limit_a),
+            .map_or(0.0, |((peak_a, _), limit_a)| peak_a / limit_a)
+            .max(peak_current_a / info.current_limit_a),
         saturated_samples: second
-            .map_or(0, |(second, _)| second.saturated_samples)
-            .max(output.saturated_samples),
+            .map_or(0, |((_, samples), _)| samples)
+            .max(saturated_samples),
         peak_velocity: tally.stepper.peak_velocity[id] * large,
         range: [
             tally.stepper.range[0][id] * large,
@@ -225,15 +322,15 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
 
 /// Says of every method that leaves more backlash than no compensation does.
 fn note_harm(results: &mut [MethodResult]) {
-    let baseline = results.iter().find(|result| result.is_baseline());
-    let Some(none) = baseline.map(|result| result.backlash) else {
+    let Some(baseline) = results.iter().find(|result| result.is_baseline()).cloned() else {
         return;
     };
+    let none = baseline.backlash;
     for result in results
         .iter_mut()
         // One message a cause.
         .filter(|result| result.not_recommended.is_none())
-        .filter(|result| matches!(Harm::of(&result.backlash, &none), Some(Harm::Rms(_))))
+        .filter(|result| matches!(result.harm(&baseline), Some(Harm::Rms(_))))
     {
         // Diverged runs leave metres of error: decimals would say nothing.
         let (with, without) = (result.backlash.rms, none.rms);
@@ -251,6 +348,7 @@ fn add_misled(results: &mut [MethodResult], tally: &Tally) {
                 misled: *misled,
                 cutting: rows::stats(&recorder.cutting, UM_PER_MM),
                 backlash: rows::stats(&recorder.backlash, UM_PER_MM),
+                stops: recorder.stop.is_some(),
             });
         }
     }

@@ -5,6 +5,7 @@
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
 //! frame    servo ticks paired with the commands they answer to     (frame.rs)
 //! stepper  chunk by chunk: plan, forces, axes, ticks               (stepper.rs)
+//! monitor  following error, travel, overload: where the machine stops (monitor.rs)
 //! recorder load positions -> contour errors, added up              (recorder.rs)
 //! run      the loop: step, judge, report                           (run.rs)
 //! collect  sums -> results                                         (collect.rs, rows.rs)
@@ -16,6 +17,7 @@ mod bank;
 mod collect;
 mod cutting;
 mod frame;
+mod monitor;
 mod outputs;
 mod recorder;
 mod rows;

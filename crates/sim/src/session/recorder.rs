@@ -1,6 +1,7 @@
 //! What one variant of the machine does to the contour, added up.
 
 use super::frame::{Frame, contour_input};
+use super::monitor::{Monitor, Stop};
 use super::outputs::Outputs;
 use super::rows;
 use crate::error::SimError;
@@ -37,6 +38,10 @@ pub(crate) struct Recorder {
     /// Rows finished in the last chunk.
     pub(crate) finished_blocks: Vec<BlockRow>,
     pub(crate) finished_turns: Vec<ReversalRow>,
+    /// Watches the motors; `None` for the machine without a gap, which is there for comparison.
+    monitor: Option<Monitor>,
+    /// Where the machine has stopped: nothing is recorded from there on.
+    pub(crate) stop: Option<Stop>,
     /// Every sample of the last chunk, if asked for.
     pub(crate) points: Option<Vec<ContourPoint>>,
 }
@@ -47,6 +52,7 @@ impl Recorder {
         axes: usize,
         cycles: Cycles,
         options: &SimulateOptions,
+        monitor: Option<Monitor>,
         with_points: bool,
     ) -> Recorder {
         // The window is given in seconds and counted in servo ticks: causes must not depend on
@@ -71,6 +77,8 @@ impl Recorder {
             turns: ReversalLedger::new(window, options.keep_reversals),
             finished_blocks: Vec::new(),
             finished_turns: Vec::new(),
+            monitor,
+            stop: None,
             points: with_points.then(Vec::new),
             servo: cycles.servo(),
         }
@@ -90,6 +98,11 @@ impl Recorder {
             points.clear();
         }
         for frame in frames {
+            // What a machine does that its control has stopped is no contour error.
+            self.watch(frame, outputs);
+            if self.stop.is_some() {
+                break;
+            }
             // Reversals are those of the commanded velocity, which changes once a command cycle.
             if frame.is_command_tick {
                 self.watch_reversals(frame);
@@ -124,6 +137,13 @@ impl Recorder {
             }
         }
         Ok(())
+    }
+
+    #[inline]
+    fn watch(&mut self, frame: &Frame, outputs: &Outputs) {
+        if let (None, Some(monitor)) = (&self.stop, &mut self.monitor) {
+            self.stop = monitor.step(frame, outputs, self.variant);
+        }
     }
 
     fn watch_reversals(&mut self, frame: &Frame) {

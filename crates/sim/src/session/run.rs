@@ -3,6 +3,7 @@
 use super::advice::misled_runs;
 use super::bank::Variant;
 use super::frame::contour_input;
+use super::monitor::Monitor;
 use super::recorder::Recorder;
 use super::rows;
 use super::stepper::Stepper;
@@ -13,7 +14,7 @@ use crate::options::MAX_THREADS;
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
-use lostmotion_base::Clock;
+use lostmotion_base::{Clock, Tick};
 use lostmotion_contour::{FootState, Place, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
@@ -119,7 +120,7 @@ fn run_on(
             judge.report_rows(*observer, texts);
             judge.report_contour(*observer);
             if observer.wants_motors() {
-                report_motors(*observer, &stepper, methods, judge.servo);
+                judge.report_motors(*observer, &stepper);
             }
         }
         // After the rows, so that a caller who cancels here has seen what was finished.
@@ -171,7 +172,8 @@ impl Judge {
         let recorder = |variant| {
             // Observers see methods alone; the reference variant needs no points.
             let with_points = variant != WITHOUT_GAP && variant <= points_of;
-            Recorder::new(variant, axes, cycles, setup.options, with_points)
+            let monitor = (variant != WITHOUT_GAP).then(|| Monitor::new(setup.machine));
+            Recorder::new(variant, axes, cycles, setup.options, monitor, with_points)
         };
         Judge {
             servo: cycles.servo(),
@@ -259,6 +261,28 @@ impl Judge {
         }
     }
 
+    /// Hands out the signals of all motors of the last chunk, method by method, up to the tick at
+    /// which the machine has stopped.
+    fn report_motors(&self, observer: &mut dyn Observer, stepper: &Stepper) {
+        // Recorder 0 is the machine without a gap, which is no method.
+        for (method, recorder) in self.of_methods() {
+            let end = recorder.stop.as_ref().map_or(Tick::MAX, |stop| stop.tick);
+            let points: Vec<MotorPoint> = stepper
+                .frames
+                .iter()
+                .filter(|frame| frame.tick < end)
+                .flat_map(|frame| {
+                    let time_s = self.servo.seconds(frame.tick);
+                    stepper
+                        .bank
+                        .outputs
+                        .motors(method + 1, frame.servo_sample, time_s)
+                })
+                .collect();
+            observer.motors(method, &points);
+        }
+    }
+
     fn report_rows(&self, observer: &mut dyn Observer, texts: &mut BlockTexts) {
         for (method, recorder) in self.of_methods() {
             let mut blocks: Vec<_> = recorder
@@ -283,24 +307,5 @@ impl Judge {
                 observer.reversals(method, &reversals);
             }
         }
-    }
-}
-
-/// Hands out the signals of all motors of the last chunk, method by method.
-fn report_motors(observer: &mut dyn Observer, stepper: &Stepper, methods: usize, servo: Clock) {
-    // Variant 0 is the machine without a gap, which is no method.
-    for variant in WITHOUT_GAP + 1..=methods {
-        let points: Vec<MotorPoint> = stepper
-            .frames
-            .iter()
-            .flat_map(|frame| {
-                let time_s = servo.seconds(frame.tick);
-                stepper
-                    .bank
-                    .outputs
-                    .motors(variant, frame.servo_sample, time_s)
-            })
-            .collect();
-        observer.motors(variant - 1, &points);
     }
 }

@@ -135,7 +135,16 @@ fn linuxcnc_ini() {
         imported
             .rows
             .iter()
-            .any(|row| row.key == "[JOINT_0] FERROR" && row.fate == Fate::Ignored)
+            .any(|row| row.key == "[JOINT_0] FERROR" && row.fate == Fate::Used)
+    );
+    // 0.05 inch at any speed: there is no MIN_FERROR.
+    let following = x.monitor_limits().following.unwrap();
+    assert!(
+        [0.0, 50.8]
+            .map(|v| following.at(v))
+            .iter()
+            .all(|limit| (limit - 1.27).abs() < 1e-9),
+        "{following:?}"
     );
     let bad = refused(
         "mill.ini",
@@ -334,6 +343,38 @@ fn urdf_machine_tools_have_a_table_and_a_tool() {
             && (here.axis[i] - there.axis[i]).abs() < 1e-9),
         "{here:?} {there:?}"
     );
+}
+
+/// LinuxCNC's manual: at full speed FERROR, below it in proportion, never less than MIN_FERROR.
+#[test]
+fn linuxcnc_following_error() {
+    let text = "[TRAJ]\nCOORDINATES = XYZA\nLINEAR_UNITS = mm\n[JOINT_0]\nMAX_VELOCITY = 50\nFERROR = 1.0\nMIN_FERROR = 0.2\n[JOINT_3]\nMAX_VELOCITY = 30\nMIN_FERROR = 0.5\nFERROR = 2\n";
+    let (told, machine) = imported("mill.ini", text);
+    let limit = |axis: AxisId, speed: f64| {
+        let limits = machine.axis(axis).unwrap().monitor_limits();
+        limits.following.unwrap().at(speed)
+    };
+    for (speed, allowed) in [(0.0, 0.2), (5.0, 0.2), (25.0, 0.5), (-50.0, 1.0)] {
+        assert!((limit(AxisId::X, speed) - allowed).abs() < 1e-9, "{speed}");
+    }
+    // In degrees and degrees per second.
+    for (speed, allowed) in [(0.0, 0.5), (15.0, 1.0)] {
+        assert!((limit(AxisId::A, speed) - allowed).abs() < 1e-9, "{speed}");
+    }
+    assert_eq!(
+        told.rows
+            .iter()
+            .filter(|row| row.key.contains("FERROR") && row.fate == Fate::Used)
+            .count(),
+        4
+    );
+    for wrong in ["FERROR = 0", "MIN_FERROR = -1"] {
+        let bad = refused(
+            "mill.ini",
+            &format!("[JOINT_0]\nMAX_VELOCITY = 50\n{wrong}\n"),
+        );
+        assert!(bad.contains("it has to be above 0"), "{bad}");
+    }
 }
 
 /// A trunnion's points and offsets as an INI file sets them, in its own unit; what it does not set

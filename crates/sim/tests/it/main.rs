@@ -24,6 +24,7 @@ mod robot_joint;
 mod sample_parts;
 mod splines;
 mod split;
+mod stops;
 mod time;
 mod travel;
 mod worm;

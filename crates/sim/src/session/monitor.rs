@@ -1,0 +1,276 @@
+//! What the control watches while a method runs: following error, travel and overload of every
+//! motor, once a command cycle. Past a limit the machine stops.
+
+use super::frame::Frame;
+use super::outputs::Outputs;
+use crate::machine::{Machine, MonitorLimits, OverloadLimit};
+use crate::results::StopLimit;
+use lostmotion_base::{BlockRef, Tick, math};
+use lostmotion_drive::Monitored;
+
+/// A stop, in the units of its axis.
+#[derive(Clone, Debug)]
+pub(crate) struct Stop {
+    /// Place of the motor among the drives: the axes, then the second motor of a gantry.
+    pub(crate) drive: usize,
+    /// The limit that was passed.
+    pub(crate) limit: StopLimit,
+    /// What it was, and what is allowed.
+    pub(crate) value: f64,
+    pub(crate) allowed: f64,
+    /// When, counted as the frames are.
+    pub(crate) tick: Tick,
+    pub(crate) block: BlockRef,
+    /// Commanded tip from the program's zero, mm.
+    pub(crate) at_mm: [f64; 3],
+    /// All motors of the machine then.
+    pub(crate) drives: Vec<Monitored>,
+}
+
+/// Watches the motors of one variant of the machine.
+#[derive(Debug)]
+pub(crate) struct Monitor {
+    motors: Vec<MotorMonitor>,
+    servo_ticks: usize,
+}
+
+impl Monitor {
+    /// Of a machine at rest, its motors cold.
+    pub(crate) fn new(machine: &Machine) -> Monitor {
+        let period_s = machine.cycles().command().period_s();
+        let firsts = machine.axes().iter().map(|axis| axis.monitor_limits());
+        let second = machine.gantry().and_then(|gantry| {
+            let axis = machine.axis(gantry.axis)?;
+            Some(axis.monitor_limits_of(&gantry.second))
+        });
+        Monitor {
+            motors: firsts
+                .chain(second)
+                .map(|limits| MotorMonitor::new(limits, period_s))
+                .collect(),
+            servo_ticks: machine.cycles().servo_ticks(),
+        }
+    }
+
+    /// Looks at a servo tick: at the last one of each command cycle the control sees the motors.
+    /// The first limit that one of them has passed, in the order of the axes.
+    #[inline]
+    pub(crate) fn step(
+        &mut self,
+        frame: &Frame,
+        outputs: &Outputs,
+        variant: usize,
+    ) -> Option<Stop> {
+        if frame.servo_sample % self.servo_ticks != self.servo_ticks - 1 {
+            return None;
+        }
+        self.cycle(frame, outputs, variant)
+    }
+
+    fn cycle(&mut self, frame: &Frame, outputs: &Outputs, variant: usize) -> Option<Stop> {
+        let cycle = frame.servo_sample / self.servo_ticks;
+        let seen = |drive: usize| outputs.of(variant, drive).monitored.get(cycle).copied();
+        let mut passed = None;
+        // Every motor takes the cycle, also behind one that is past a limit: heat is a sum.
+        for (drive, motor) in self.motors.iter_mut().enumerate() {
+            let Some(found) = seen(drive).and_then(|seen| motor.step(&seen)) else {
+                continue;
+            };
+            passed = passed.or(Some((drive, found)));
+        }
+        let (
+            drive,
+            Passed {
+                limit,
+                value,
+                allowed,
+            },
+        ) = passed?;
+        Some(Stop {
+            drive,
+            limit,
+            value,
+            allowed,
+            tick: frame.tick,
+            block: frame.sample.block,
+            at_mm: frame.tip_mm,
+            drives: (0..self.motors.len()).filter_map(seen).collect(),
+        })
+    }
+}
+
+/// A limit that was passed.
+struct Passed {
+    limit: StopLimit,
+    value: f64,
+    allowed: f64,
+}
+
+/// Watches one motor.
+#[derive(Debug)]
+struct MotorMonitor {
+    limits: MonitorLimits,
+    period_s: f64,
+    /// Part of the way to its new warmth that the motor goes in a command cycle.
+    warming: f64,
+    /// Warmth: 1 is that of the continuous current.
+    heat: f64,
+    last_reference: Option<f64>,
+}
+
+impl MotorMonitor {
+    fn new(limits: MonitorLimits, period_s: f64) -> MotorMonitor {
+        // The first-order lag over a cycle with the current held, exactly: 1 - exp(-h/T).
+        let warming = limits
+            .overload
+            .map_or(0.0, |overload| -math::expm1(-period_s / overload.time_s));
+        MotorMonitor {
+            limits,
+            period_s,
+            warming,
+            heat: 0.0,
+            last_reference: None,
+        }
+    }
+
+    /// Takes a command cycle. Comparisons are written so that what is not a number is past its
+    /// limit.
+    fn step(&mut self, seen: &Monitored) -> Option<Passed> {
+        let passed = |limit, value, allowed| {
+            Some(Passed {
+                limit,
+                value,
+                allowed,
+            })
+        };
+        let last = self.last_reference.replace(seen.reference);
+        let way = seen.reference - last.unwrap_or(seen.reference);
+        if let Some(OverloadLimit { continuous_a, .. }) = self.limits.overload {
+            let ratio = seen.current_squared / (continuous_a * continuous_a);
+            self.heat += self.warming * (ratio - self.heat);
+        }
+        let within = |value: f64, low: f64, high: f64| value >= low && value <= high;
+        if let Some(limit) = self.limits.following {
+            // The mean speed of the cycle.
+            let allowed = limit.at(way / self.period_s);
+            let error = seen.reference - seen.motor;
+            if !within(error, -allowed, allowed) {
+                return passed(StopLimit::FollowingError, error, allowed);
+            }
+        }
+        if let Some([low, high]) = self.limits.travel
+            && !within(seen.motor, low, high)
+        {
+            let end = if seen.motor < low { low } else { high };
+            return passed(StopLimit::Travel, seen.motor, end);
+        }
+        if self.limits.overload.is_some() && !within(self.heat, 0.0, 1.0) {
+            return passed(StopLimit::Overload, self.heat, 1.0);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::FollowingLimit;
+
+    fn motor(limits: MonitorLimits) -> MotorMonitor {
+        MotorMonitor::new(limits, 1e-3)
+    }
+
+    const NOTHING: MonitorLimits = MonitorLimits {
+        following: None,
+        travel: None,
+        overload: None,
+    };
+
+    #[test]
+    fn a_constant_current_trips_when_the_first_order_model_says() {
+        for (ratio, time_s) in [(1.05, 4.0), (1.5, 20.0), (2.0, 20.0), (2.75, 3.0)] {
+            let overload = OverloadLimit {
+                continuous_a: 10.2,
+                time_s,
+            };
+            let mut motor = motor(MonitorLimits {
+                overload: Some(overload),
+                ..NOTHING
+            });
+            let seen = Monitored {
+                current_squared: (ratio * 10.2_f64).powi(2),
+                ..Monitored::default()
+            };
+            let cycles = (1..1_000_000)
+                .find(|_| motor.step(&seen).is_some())
+                .unwrap();
+            // heat = i^2 (1 - exp(-t/T)) reaches 1
+            let expected_s = -time_s * math::log(1.0 - 1.0 / (ratio * ratio));
+            let found_s = f64::from(cycles) * 1e-3;
+            assert!(
+                found_s >= expected_s - 1e-9 && found_s < expected_s + 1e-3,
+                "{ratio}: {found_s} for {expected_s}"
+            );
+        }
+        let mut motor = motor(MonitorLimits {
+            overload: Some(OverloadLimit {
+                continuous_a: 10.0,
+                time_s: 0.5,
+            }),
+            ..NOTHING
+        });
+        let seen = Monitored {
+            current_squared: 100.0,
+            ..Monitored::default()
+        };
+        assert!((0..100_000).all(|_| motor.step(&seen).is_none()));
+    }
+
+    #[test]
+    fn the_limit_of_the_following_error_grows_with_speed() {
+        let following = FollowingLimit {
+            standstill: 0.5,
+            full_speed: 2.0,
+            speed: 400.0,
+        };
+        for (speed, allowed) in [(0.0, 0.5), (-100.0, 0.5), (200.0, 1.0), (-400.0, 2.0)] {
+            assert_eq!(following.at(speed), allowed);
+            for (part, trips) in [
+                (0.999, false),
+                (-0.999, false),
+                (1.001, true),
+                (-1.001, true),
+            ] {
+                let mut motor = motor(MonitorLimits {
+                    following: Some(following),
+                    ..NOTHING
+                });
+                let at = |reference: f64| Monitored {
+                    reference,
+                    motor: reference - part * allowed,
+                    ..Monitored::default()
+                };
+                let still = Monitored::default();
+                assert!(motor.step(&still).is_none());
+                assert_eq!(
+                    motor.step(&at(speed * 1e-3)).is_some(),
+                    trips,
+                    "{speed} {part}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_stops_the_machine() {
+        let mut motor = motor(MonitorLimits {
+            travel: Some([-1.0, 1.0]),
+            ..NOTHING
+        });
+        let seen = Monitored {
+            motor: f64::NAN,
+            ..Monitored::default()
+        };
+        assert!(motor.step(&seen).is_some());
+    }
+}
