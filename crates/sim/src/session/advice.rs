@@ -113,7 +113,7 @@ fn worse_than(result: &MethodResult, none: &ErrorStats) -> Option<String> {
             ("RMS", cutting.rms, none.rms),
             ("max", cutting.max, none.max),
         ] {
-            if !(with <= without + HARM_UM) {
+            if with.is_nan() || with > without + HARM_UM {
                 return Some(format!(
                     "worse than none{when}: contour error {kind} {with:.2} um against {without:.2} um"
                 ));

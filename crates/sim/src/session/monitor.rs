@@ -3,7 +3,7 @@
 
 use super::frame::Frame;
 use super::outputs::Outputs;
-use crate::machine::{Machine, MonitorLimits, OverloadLimit};
+use crate::machine::{Machine, MachineAxis, MonitorLimits, OverloadLimit};
 use crate::results::StopLimit;
 use lostmotion_base::{BlockRef, Tick, math};
 use lostmotion_drive::Monitored;
@@ -38,7 +38,7 @@ impl Monitor {
     /// Of a machine at rest, its motors cold.
     pub(crate) fn new(machine: &Machine) -> Monitor {
         let period_s = machine.cycles().command().period_s();
-        let firsts = machine.axes().iter().map(|axis| axis.monitor_limits());
+        let firsts = machine.axes().iter().map(MachineAxis::monitor_limits);
         let second = machine.gantry().and_then(|gantry| {
             let axis = machine.axis(gantry.axis)?;
             Some(axis.monitor_limits_of(&gantry.second))
@@ -198,7 +198,7 @@ mod tests {
                 ..NOTHING
             });
             let seen = Monitored {
-                current_squared: (ratio * 10.2_f64).powi(2),
+                current_squared: (ratio * 10.2_f64) * (ratio * 10.2_f64),
                 ..Monitored::default()
             };
             let cycles = (1..1_000_000)

@@ -10,8 +10,10 @@ const WORSE: (f64, f64, f64) = (1.02, 1.02, 0.5);
 
 /// Whether a method leaves a worse contour than no compensation.
 fn is_worse(with: &Part, none: &Part) -> bool {
-    !(with.contour_rms <= WORSE.0 * none.contour_rms
-        && with.contour_max <= WORSE.1 * none.contour_max + WORSE.2)
+    let within = with.contour_rms <= WORSE.0 * none.contour_rms
+        && with.contour_max <= WORSE.1 * none.contour_max + WORSE.2;
+    // Not a number is worse, too.
+    !within
 }
 
 /// The value below which a share of the sorted values lies, by rank.
