@@ -1,5 +1,6 @@
 //! What an interpreter is told before it starts.
 
+use crate::codes::Code;
 use crate::dialect::{Dialect, Leniencies};
 use crate::limits::Limits;
 use crate::ops::Units;
@@ -24,6 +25,14 @@ pub struct InterpreterConfig {
     pub leniencies: Leniencies,
     /// Whether lines that begin with `/` are skipped.
     pub block_delete: bool,
+    /// Which of the switches 1 to 9 of `/1` to `/9` are on, `/` being `/1`; as `block_delete` says,
+    /// all of them, if `None`.
+    pub block_skips: Option<Vec<u8>>,
+    /// M codes that are skipped with their words: those of the machine's builder.
+    pub ignored_m_codes: Vec<Code>,
+    /// Values that the program reads and only the machine knows: the number of a parameter or
+    /// system variable (`3011`), or a name (`_hal[spindle.load]`).
+    pub told: Vec<(String, f64)>,
     /// Tools. Without a table every tool is accepted, with a warning, and has no length.
     pub tool_table: Option<ToolTable>,
     /// Taps outside the XY plane (G74 and G84 in G18 and G19) as LinuxCNC 2.9 does, along the wrong
@@ -45,6 +54,9 @@ impl Default for InterpreterConfig {
             dialect: Dialect::default(),
             leniencies: Dialect::default().leniencies(),
             block_delete: false,
+            block_skips: None,
+            ignored_m_codes: Vec::new(),
+            told: Vec::new(),
             tool_table: None,
             rs274_tapping: false,
             parameters: Vec::new(),
@@ -72,6 +84,14 @@ impl InterpreterConfig {
             dialect,
             leniencies: dialect.leniencies(),
             ..self
+        }
+    }
+
+    /// Whether lines with a number after their `/` are skipped; 0 for none.
+    pub fn skips(&self, number: u8) -> bool {
+        match &self.block_skips {
+            Some(on) => on.contains(&number.max(1)) || (self.block_delete && number <= 1),
+            None => self.block_delete,
         }
     }
 

@@ -268,28 +268,43 @@ leniencies! {
     /// `#<n>=[#<n>+1]` counts from 0.
     ReadBeforeSet => warning "read-before-set", &[LinuxCnc],
         "a name that reads itself in its first setting counts from 0";
+    /// `G54.1 P1`, `G154 P1`, `G110`.
+    ExtraSystems => warning "extra-system", FANUC,
+        "G54.1 P, G154 P and G110 to G129 are work coordinate systems beyond G59";
+    /// K (Fanuc) and L of canned cycles, 0 included.
+    CycleRepeats => note "cycle-repeats", FANUC,
+        "K or L repeats a canned cycle; K0 and L0 store its words and make no hole";
+    /// `/2 G0 X1`.
+    NumberedSkip => note "numbered-skip", FANUC,
+        "a number after the / of block delete";
+    /// `:0001` for `O0001`.
+    ColonNumbers => note "colon-number", FANUC,
+        "a program number after a colon instead of O";
+    /// SAVE_GCODE_STATE, RESTORE_GCODE_STATE, SET_GCODE_OFFSET.
+    GcodeStates => note "gcode-state", &[Klipper],
+        "SAVE_GCODE_STATE, RESTORE_GCODE_STATE and SET_GCODE_OFFSET are carried out";
 }
 
 /// A set of leniencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Leniencies(u32);
+pub struct Leniencies(u64);
 
 impl Leniencies {
     /// Whether something is accepted.
     pub const fn has(self, leniency: Leniency) -> bool {
-        self.0 & (1 << leniency as u32) != 0
+        self.0 & (1 << leniency as u64) != 0
     }
 
     /// The same with one more.
     #[must_use]
     pub const fn with(self, leniency: Leniency) -> Leniencies {
-        Leniencies(self.0 | 1 << leniency as u32)
+        Leniencies(self.0 | 1 << leniency as u64)
     }
 
     /// The same with one less.
     #[must_use]
     pub const fn without(self, leniency: Leniency) -> Leniencies {
-        Leniencies(self.0 & !(1 << leniency as u32))
+        Leniencies(self.0 & !(1 << leniency as u64))
     }
 }
 

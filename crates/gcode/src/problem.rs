@@ -27,11 +27,27 @@ fn belongs_to(letter: char, users: &str) -> Option<String> {
     }
 }
 
+fn builders_code(code: Code) -> Option<String> {
+    (code.letter == 'M').then(|| {
+        format!(
+            "if it is a code of the machine's builder that moves no axis: --m-code {code}=ignore"
+        )
+    })
+}
+
 fn show_byte(byte: u8) -> String {
     if byte.is_ascii_graphic() {
         format!("'{}'", char::from(byte))
     } else {
         format!("byte 0x{byte:02x}")
+    }
+}
+
+fn after_colon(text: &str) -> String {
+    if text.is_empty() {
+        String::new()
+    } else {
+        format!(": {text}")
     }
 }
 
@@ -118,7 +134,10 @@ kinds {
     UnsupportedCode { code: Code } => error "unsupported-code",
         says("{code} is not a code of this interpreter"),
         "The code is not known.",
-        "Check it against the table of codes; take out what only another control understands.";
+        "Check it against the table of codes; take out what only another control understands. An \
+            M code of the machine's builder that moves no axis is skipped with \
+            `--m-code M10=ignore`; it is told once.",
+        hint builders_code(*code);
     NotACode { letter: char, value: f64 } => error "not-a-code",
         says("{letter}{value} is not a code"),
         "The number after G or M is not that of a code.",
@@ -193,6 +212,41 @@ kinds {
         "A named parameter is read that is not set.",
         "Set it first, or ask with EXISTS. Names without a leading underscore belong to one \
             subroutine.";
+    ControlVariable { number: u32, what: &'static str } => error "control-variable",
+        says("#{number} is {what}, which is not known here"),
+        "A system variable of the control is read whose value only the control knows: a clock, the \
+            date, an input, a count.",
+        "Tell its value: `--set '#3011=20260101'`.",
+        hint format!("tell its value: --set '#{number}=VALUE'");
+    MacroAlarm { number: f64, text: String } => error "macro-alarm",
+        says("the program stops with its own alarm #3000={number}{}", after_colon(.text)),
+        "The program raises an alarm by #3000, which ends it.",
+        "The message is the program's own: it says what it has checked.";
+    OffsetUnknown { number: u32, offset: i32 } => warning "offset-unknown",
+        says("#{number} is read, but tool offset {offset} is not in the tool table: it counts as 0"),
+        "A tool offset is read by a system variable, and there is no such tool.",
+        "Name a tool table that has it, or set it with G10 L10 or L12.",
+        hint "name a tool table that has it (--tool-table), or set it with G10 before";
+    MemoryAssumed { number: u32 } => warning "tool-memory-assumed",
+        says("#{number} is taken to be of tool compensation memory C, where it holds wear or \
+            geometry alone"),
+        "#2001 to #2400 differ between the tool memories A, B and C of Fanuc; memory C is assumed.",
+        "#11001 and on hold the geometry of a length, #10001 and on its wear, whatever the memory.",
+        hint "use #11001 (geometry) and #10001 (wear), which mean the same in memories B and C";
+    HalValue { name: String } => error "hal-value",
+        says("#<{name}> is a value of the machine's HAL or INI file, which is not known here"),
+        "A value of LinuxCNC's HAL or INI file is read.",
+        "Tell its value: `--set '#<_hal[name]>=1.5'`.",
+        hint format!("tell its value: --set '#<{name}>=VALUE'");
+    Klipper { message: String } => error "klipper-command",
+        says("{message}"),
+        "A command of Klipper cannot be carried out.",
+        "See the message.";
+    VelocityLimit => warning "velocity-limit",
+        says("SET_VELOCITY_LIMIT is not heeded: the limits of the machine's description hold"),
+        "SET_VELOCITY_LIMIT is not heeded.",
+        "Change the limits of the machine's axes.",
+        hint "change the machine's limits, for example --set axis.x.limits.acceleration_mm_s2=3000";
     TooManyParameters { limit: usize } => error "too-many-parameters" limit "named_parameters",
         says("more than {limit} named parameters"),
         "More named parameters than the limit.",
@@ -514,7 +568,7 @@ same_codes {
             as LinuxCNC 2.9 does"),
         hint "write the finishing pass without G41 and G42 (G40, with D or E), or refuse \
             finish-detour if the control goes straight to the profile";
-    Lenient { leniency: Leniency } => (Severity::Warning, leniency.name()),
+    Lenient { leniency: Leniency } => (leniency.severity(), leniency.name()),
         says("{}", .leniency.meaning());
     Habit { leniency: Leniency, count: u64 } => (leniency.severity(), leniency.name()),
         says("{}{}", .leniency.meaning(), times(*.count)),

@@ -84,8 +84,8 @@ pub struct State {
     pub selected_tool: Option<i32>,
     /// Tool in the spindle.
     pub loaded_tool: i32,
-    /// 1 for G54 to 9 for G59.3.
-    pub system: u8,
+    /// 1 for G54 to 9 for G59.3, 10 for G54.1 P1 and on.
+    pub system: u16,
     /// Offsets in force.
     pub offsets: Offsets,
     /// Where the tool is, in program coordinates.
@@ -110,6 +110,10 @@ pub struct State {
     pub retract_to_start: bool,
     /// The words that cycles keep between blocks.
     pub cycle: CycleWords,
+    /// The motion mode before the canned cycle in force: Fanuc's G80 brings it back.
+    pub before_cycle: Option<Code>,
+    /// M29: G84 and G74 turn the spindle themselves.
+    pub rigid_tapping: bool,
     /// Line being executed, from 1.
     pub line: u32,
     /// An M2, M30 or closing % has been reached.
@@ -178,6 +182,8 @@ impl State {
             feed_hold: true,
             retract_to_start: false,
             cycle: CycleWords::default(),
+            before_cycle: None,
+            rigid_tapping: false,
             line: 0,
             ended: false,
             motion_unknown: false,

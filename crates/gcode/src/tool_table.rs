@@ -38,6 +38,22 @@ pub struct Tool {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolTable {
     tools: BTreeMap<i32, Tool>,
+    /// Numbers whose geometry and wear a program has told apart; the tool has their sums.
+    memories: BTreeMap<i32, [f64; 4]>,
+}
+
+/// A cell of a control's tool memory: what memory C of Fanuc keeps of a number, lengths in machine
+/// units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MemoryCell {
+    /// Geometry of the length (H).
+    Length,
+    /// What its wear adds.
+    LengthWear,
+    /// Geometry of the diameter (D).
+    Diameter,
+    /// What its wear adds.
+    DiameterWear,
 }
 
 impl ToolTable {
@@ -65,7 +81,39 @@ impl ToolTable {
 
     /// Adds or replaces a tool.
     pub fn insert(&mut self, tool: Tool) {
+        self.memories.remove(&tool.number);
         self.tools.insert(tool.number, tool);
+    }
+
+    /// The four cells of a number in the order of [`MemoryCell`]; a tool of the table has no wear
+    /// of its own.
+    fn cells(&self, number: i32) -> Option<[f64; 4]> {
+        let from_tool = |tool: &Tool| [tool.offset[2], 0.0, tool.diameter, 0.0];
+        let told = self.memories.get(&number).copied();
+        told.or_else(|| self.tools.get(&number).map(from_tool))
+    }
+
+    /// What a cell holds; `None` if there is no tool of that number.
+    pub(crate) fn memory(&self, number: i32, cell: MemoryCell) -> Option<f64> {
+        self.cells(number)
+            .and_then(|cells| cells.get(cell as usize).copied())
+    }
+
+    /// Puts a value into a cell, and the sums of geometry and wear into the tool.
+    pub(crate) fn set_memory(&mut self, number: i32, cell: MemoryCell, value: f64) {
+        let mut cells = self.cells(number).unwrap_or_default();
+        if let Some(slot) = cells.get_mut(cell as usize) {
+            *slot = value;
+        }
+        let [length, length_wear, diameter, diameter_wear] = cells;
+        let mut tool = self.get(number).copied().unwrap_or(Tool {
+            number,
+            ..Tool::default()
+        });
+        tool.offset[2] = length + length_wear;
+        tool.diameter = diameter + diameter_wear;
+        self.insert(tool);
+        self.memories.insert(number, cells);
     }
 
     /// The tool of a number.

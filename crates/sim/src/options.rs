@@ -6,7 +6,7 @@ use lostmotion_contour::ContourConfig;
 use lostmotion_drive::config::Interpolator;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{
-    Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable,
+    Code, Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable,
 };
 use lostmotion_plan::{Action, Quality};
 use std::sync::Arc;
@@ -48,6 +48,12 @@ pub struct SimulateOptions {
     pub contour: ContourConfig,
     /// Whether blocks that begin with `/` are skipped.
     pub block_delete: bool,
+    /// Which of `/1` to `/9` are skipped, `/` being `/1`; as `block_delete` says if `None`.
+    pub block_skips: Option<Vec<u8>>,
+    /// M codes of the machine's builder that are skipped.
+    pub ignored_m_codes: Vec<Code>,
+    /// Values that only the machine knows: numbers or names of parameters and system variables.
+    pub told: Vec<(String, f64)>,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
     /// How far the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for,
@@ -93,6 +99,9 @@ impl Default for SimulateOptions {
             chunk_samples: 1000,
             contour: ContourConfig::default(),
             block_delete: interpreter.block_delete,
+            block_skips: interpreter.block_skips,
+            ignored_m_codes: interpreter.ignored_m_codes,
+            told: interpreter.told,
             tool_table: None,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
             misled_share: None,

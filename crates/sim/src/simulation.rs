@@ -14,7 +14,7 @@ use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_drive::Compensator;
-use lostmotion_gcode::{Dialect, Leniencies, Limits, SubroutineLoader, ToolTable};
+use lostmotion_gcode::{Code, Dialect, Leniencies, Limits, SubroutineLoader, ToolTable};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_methods::AxisConfig;
 use lostmotion_plan::{Quality, Sample};
@@ -174,6 +174,25 @@ impl<'a> Simulation<'a> {
     /// Whether blocks that begin with `/` are skipped.
     pub fn block_delete(mut self, on: bool) -> Simulation<'a> {
         self.options.block_delete = on;
+        self
+    }
+
+    /// Which of `/1` to `/9` are skipped, `/` being `/1`.
+    pub fn block_skips(mut self, numbers: impl IntoIterator<Item = u8>) -> Simulation<'a> {
+        self.options.block_skips = Some(numbers.into_iter().collect());
+        self
+    }
+
+    /// M codes of the machine's builder that are skipped.
+    pub fn ignored_m_codes(mut self, codes: impl IntoIterator<Item = Code>) -> Simulation<'a> {
+        self.options.ignored_m_codes = codes.into_iter().collect();
+        self
+    }
+
+    /// Values that only the machine knows, by the number of a parameter or system variable
+    /// (`3011`) or by its name (`_hal[spindle.load]`).
+    pub fn told(mut self, values: impl IntoIterator<Item = (String, f64)>) -> Simulation<'a> {
+        self.options.told = values.into_iter().collect();
         self
     }
 

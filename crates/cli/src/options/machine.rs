@@ -41,7 +41,8 @@ pub(crate) struct Changes {
     #[arg(long, value_name = "SYSTEM=X,Y,Z", allow_hyphen_values = true)]
     pub(crate) offset: Vec<String>,
     /// Any key of the machine file, for example axis.x.drive.position_gain_per_s=30 (`machine keys`
-    /// lists them); may be repeated
+    /// lists them), or a value that the program reads and only the machine knows, for example
+    /// '#3011=20260101' or '#<_hal[spindle.load]>=1.5'; may be repeated
     #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub(crate) set: Vec<String>,
 }
@@ -49,7 +50,7 @@ pub(crate) struct Changes {
 impl MachineOptions {
     /// The machine asked for, or the default one.
     pub(crate) fn load(&self) -> Result<Machine, Failure> {
-        load(self.machine.as_deref(), &self.changes.read()?)
+        load(self.machine.as_deref(), &self.changes.of_machine()?)
     }
 
     /// The machine asked for, if one is named.
@@ -60,7 +61,7 @@ impl MachineOptions {
         if self.machine.is_some() {
             return self.load().map(Some);
         }
-        match self.changes.read()?.first() {
+        match self.changes.of_machine()?.first() {
             None => Ok(None),
             Some(change) => Err(Failure::with_hint(
                 format!("{} needs a machine to change", change.name),
@@ -82,7 +83,52 @@ fn tool_table(path: &Path) -> Result<ToolTable, Failure> {
         .map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
 }
 
+/// The parameter that a key of `--set` names: `#3011` or `#<_hal[name]>`, the name in lower case
+/// without blanks as programs have it; `None` for a key of the machine.
+fn parameter(key: &str) -> Option<String> {
+    let name = key.trim().strip_prefix('#')?.trim();
+    let name = name
+        .strip_prefix('<')
+        .and_then(|name| name.strip_suffix('>'))
+        .unwrap_or(name);
+    let mut name = name.to_ascii_lowercase();
+    name.retain(|letter| !letter.is_whitespace());
+    Some(name)
+}
+
 impl Changes {
+    /// Those that are keys of the machine.
+    fn of_machine(&self) -> Result<Vec<Change>, Failure> {
+        let mut changes = self.read()?;
+        changes.retain(|change| parameter(&change.key).is_none());
+        Ok(changes)
+    }
+
+    /// Values of parameters and system variables that the program is told.
+    pub(crate) fn told(&self) -> Result<Vec<(String, f64)>, Failure> {
+        let mut told = Vec::new();
+        for change in set_changes(&self.set)? {
+            let Some(name) = parameter(&change.key) else {
+                continue;
+            };
+            let value = change.value.parse::<f64>().ok();
+            let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
+                Failure::with_hint(
+                    format!("{}: `{}` is not a finite number", change.name, change.value),
+                    "for example: --set '#3011=20260101'",
+                )
+            })?;
+            if name.is_empty() {
+                return Err(Failure::with_hint(
+                    format!("{}: the parameter has no number or name", change.name),
+                    "for example: --set '#3011=20260101' or --set '#<_hal[name]>=1.5'",
+                ));
+            }
+            told.push((name, value));
+        }
+        Ok(told)
+    }
+
     /// As the machine's reader takes them.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::output::Failure;
 use clap::Args;
 use lostmotion::gcode::dialect::LENIENCIES;
 use lostmotion::gcode::{
-    Dialect, InterpreterConfig, Leniencies, Leniency, Limits, SubroutineLoader,
+    Code, Dialect, InterpreterConfig, Leniencies, Leniency, Limits, SubroutineLoader,
 };
 use lostmotion::sim::program::Operations;
 use lostmotion::sim::{Machine, Program, SimulateOptions};
@@ -28,6 +28,13 @@ pub(crate) struct Reading {
     /// Refuse what the dialect accepts with a warning: the code of that warning; may be repeated
     #[arg(long, value_name = "CODE", value_parser = leniencies(), hide_possible_values = true)]
     pub(crate) refuse: Vec<String>,
+    /// M code of the machine's builder that is skipped with its words, for example M10=ignore, or
+    /// several (M100-M199=ignore); may be repeated
+    #[arg(long, value_name = "CODE=ignore")]
+    pub(crate) m_code: Vec<String>,
+    /// Skip the lines that begin with /N, `/` alone being /1; may be repeated
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=9))]
+    pub(crate) block_skip: Vec<u8>,
     /// Folder with files of subroutines, besides the part's own; may be repeated
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     pub(crate) subroutines: Vec<PathBuf>,
@@ -46,6 +53,12 @@ fn dialects() -> Names {
 
 fn leniencies() -> Names {
     Names::new("code", LENIENCIES.map(|leniency| (leniency.name(), "")))
+}
+
+/// The number of an M code.
+fn m_number(text: &str) -> Option<u16> {
+    let digits = text.trim().strip_prefix(['M', 'm'])?;
+    digits.parse().ok().filter(|number| *number <= 6_000)
 }
 
 impl Reading {
@@ -96,6 +109,37 @@ impl Reading {
         Ok(limits)
     }
 
+    /// The M codes to skip.
+    fn ignored_m_codes(&self) -> Result<Vec<Code>, Failure> {
+        let mut codes = Vec::new();
+        for option in &self.m_code {
+            let refused = |why: &str| {
+                Failure::with_hint(
+                    format!("--m-code {option}: {why}"),
+                    "for example: --m-code M10=ignore or --m-code M100-M199=ignore",
+                )
+            };
+            let (names, what) = option
+                .split_once('=')
+                .ok_or_else(|| refused("it is not of the form CODE=ignore"))?;
+            if !what.trim().eq_ignore_ascii_case("ignore") {
+                return Err(refused("all that can be done with an M code is `ignore`"));
+            }
+            let (first, last) = names.split_once('-').unwrap_or((names, names));
+            let (first, last) = m_number(first)
+                .zip(m_number(last))
+                .filter(|(first, last)| first <= last)
+                .ok_or_else(|| refused("it does not name M codes from M0 to M6000"))?;
+            codes.extend((first..=last).map(|number| Code::m(10 * number)));
+        }
+        Ok(codes)
+    }
+
+    /// Which block skips are on, if any is named.
+    fn block_skips(&self) -> Option<Vec<u8>> {
+        (!self.block_skip.is_empty()).then(|| self.block_skip.clone())
+    }
+
     /// Where a part's subroutines come from.
     pub(crate) fn loader(&self, part: &Path) -> Result<Arc<dyn SubroutineLoader>, Failure> {
         Ok(Arc::new(Folders::new(part, &self.subroutines)?))
@@ -110,6 +154,8 @@ impl Reading {
             dialect,
             leniencies: self.leniencies(dialect)?,
             limits,
+            ignored_m_codes: self.ignored_m_codes()?,
+            block_skips: self.block_skips(),
             ..config
         })
     }
@@ -127,6 +173,8 @@ impl Reading {
             leniencies: Some(self.leniencies(dialect)?),
             limits: self.limits(options.limits.clone())?,
             loader: Some(self.loader(part)?),
+            ignored_m_codes: self.ignored_m_codes()?,
+            block_skips: self.block_skips(),
             ..options
         })
     }
@@ -163,6 +211,7 @@ impl Setup {
         if let Some(tools) = self.on.tools()? {
             config.tool_table = Some(tools);
         }
+        config.told = self.on.changes.told()?;
         self.reading.config(config)
     }
 
@@ -175,6 +224,7 @@ impl Setup {
     ) -> Result<SimulateOptions, Failure> {
         let options = SimulateOptions {
             tool_table: self.on.tools()?,
+            told: self.on.changes.told()?,
             ..options
         };
         self.reading.options(part, machine.dialect(), options)

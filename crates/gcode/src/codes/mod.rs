@@ -19,7 +19,7 @@ mod table;
 pub use row::{AxisUse, Code, CodeRow, Group, whole};
 
 /// Codes at or above this many tenths have no row.
-const G_SIZE: usize = 1000;
+const G_SIZE: usize = 2000;
 const M_SIZE: usize = 2000;
 const NONE: u8 = u8::MAX;
 

@@ -99,6 +99,8 @@ g {
     531 NonModal none "" only FiveAxis =>
         "the tool stands upright on the tilted plane", "G53.1", "g53_1.ngc";
     540 CoordinateSystem none "" => "coordinate system 1", "G54", "g54.ngc";
+    541 CoordinateSystem none "P" only ExtraSystems =>
+        "coordinate system P beyond G59 (Fanuc)", "G54.1 P2", "g54_1.ngc";
     550 CoordinateSystem none "" => "coordinate system 2", "G55", "g55.ngc";
     560 CoordinateSystem none "" => "coordinate system 3", "G56", "g56.ngc";
     570 CoordinateSystem none "" => "coordinate system 4", "G57", "g57.ngc";
@@ -156,6 +158,8 @@ g {
     970 SpindleMode none "$" => "S in rev/min", "G97 S500", "g97.ngc";
     980 Retract none "" => "cycles end where they began", "G98", "g98.ngc";
     990 Retract none "" => "cycles end at R", "G99", "g99.ngc";
+    1540 CoordinateSystem none "P" only ExtraSystems =>
+        "coordinate system P beyond G59 (Haas)", "G154 P2", "g154.ngc";
 }
 m {
     0 Stop none "" => "stop until told to go on", "M0", "m00.ngc";

@@ -17,20 +17,25 @@ const BOTTOM: [&str; 3] = [
     "Z, the bottom of the hole",
 ];
 
+/// Whether a motion mode is one of the canned cycles of this file.
+pub(crate) const fn is_canned(mode: Code) -> bool {
+    matches!(mode.tenths, 730 | 740 | 810..=890)
+}
+
 /// G73, G74 and G81 to G89.
 pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.motion != Some(code) {
         // Words stick only within the same cycle, the level where cycles began until another
         // motion.
-        let in_cycle = exec
-            .state
-            .motion
-            .is_some_and(|mode| matches!(mode.tenths, 730 | 740 | 810..=890));
+        let in_cycle = exec.state.motion.is_some_and(is_canned);
         exec.state.cycle = CycleWords {
             level: exec.state.cycle.level.filter(|_| in_cycle),
             last_p: exec.state.cycle.last_p,
             ..CycleWords::default()
         };
+        if !in_cycle {
+            exec.state.before_cycle = exec.state.motion;
+        }
         exec.state.motion = Some(code);
     }
     exec.check_feed(code)?;
@@ -82,13 +87,14 @@ impl Exec<'_> {
         let Some(value) = self.word(b'L') else {
             return Ok(1);
         };
-        whole_within(
-            (code, b'L'),
-            value,
-            1.0..=f64::from(u32::MAX),
-            "a whole number from 1",
-        )
-        .map(|number| number as u32)
+        // L0 (K0 of Fanuc) stores the cycle's words without a hole.
+        let (least, allowed) = if self.config.leniencies.has(Leniency::CycleRepeats) {
+            (0.0, "a whole number from 0")
+        } else {
+            (1.0, "a whole number from 1")
+        };
+        whole_within((code, b'L'), value, least..=f64::from(u32::MAX), allowed)
+            .map(|number| number as u32)
     }
 
     /// The cycle's words: from the block, or kept from an earlier one.
@@ -117,6 +123,9 @@ impl Exec<'_> {
     fn holes(&mut self, code: Code, repeats: u32) -> Result<(), Problem> {
         let normal = self.state.plane.axes()[2];
         let words = self.cycle_words(code, normal)?;
+        if repeats == 0 {
+            return Ok(());
+        }
         // R and bottom have to be known; then the levels of the hole, and the count of its moves.
         let r = words.r.ok_or(Problem::WordMissing {
             code,

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use crate::codes::Code;
+use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, OrientWay, Plane, Position, Units};
 use crate::problem::Problem;
 
@@ -123,14 +124,28 @@ impl Exec<'_> {
     }
 
     /// G84 taps right-handed, G74 left-handed.
+    ///
+    /// Rigid tapping turns the spindle itself: after M29 at Fanuc, always at Haas ("it is not
+    /// necessary to start the spindle with M03"). It stands still after the hole if it did before.
     fn tap(&mut self, hole: &Hole) -> Result<(), Problem> {
         let clockwise = hole.code.tenths == 840;
-        // The wrong sense of rotation would break the tap.
-        if self.spindle_state(hole.spindle).clockwise != Some(clockwise) {
-            let message = if clockwise {
-                "G84 needs the spindle to turn clockwise"
-            } else {
-                "G74 needs the spindle to turn counter-clockwise"
+        let turns = self.spindle_state(hole.spindle).clockwise;
+        let is_rigid = self.state.rigid_tapping || self.config.dialect == Dialect::Haas;
+        if is_rigid {
+            if turns != Some(clockwise) {
+                self.turn(hole.spindle, clockwise);
+            }
+        } else if turns != Some(clockwise) {
+            // The wrong sense of rotation would break the tap.
+            let message = match (clockwise, self.config.dialect == Dialect::Fanuc) {
+                (true, false) => "G84 needs the spindle to turn clockwise",
+                (false, false) => "G74 needs the spindle to turn counter-clockwise",
+                (true, true) => {
+                    "G84 needs the spindle to turn clockwise (M3), or M29 for rigid tapping"
+                }
+                (false, true) => {
+                    "G74 needs the spindle to turn counter-clockwise (M4), or M29 for rigid tapping"
+                }
             };
             return Err(Problem::Cycle { message });
         }
@@ -143,7 +158,13 @@ impl Exec<'_> {
         self.turn(hole.spindle, !clockwise);
         self.pause(hole.last_p)?;
         self.tap_level(hole, hole.clear);
-        self.turn(hole.spindle, clockwise);
+        if is_rigid && turns.is_none() {
+            let spindle = hole.spindle;
+            self.emit(CanonicalOp::StopSpindle { spindle });
+            self.spindle_state(spindle).clockwise = None;
+        } else {
+            self.turn(hole.spindle, clockwise);
+        }
         self.emit(CanonicalOp::FeedOverride(feed));
         self.emit(CanonicalOp::SpeedOverride(speed));
         Ok(())

@@ -10,6 +10,7 @@ pub(crate) mod holes;
 pub(crate) mod modes;
 pub(crate) mod offsets;
 pub(crate) mod outputs;
+pub(crate) mod registers;
 pub(crate) mod run;
 pub(crate) mod spindle;
 pub(crate) mod stop;

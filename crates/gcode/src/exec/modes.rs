@@ -3,6 +3,7 @@
 
 use super::Exec;
 use crate::codes::Code;
+use crate::exec::cycles::is_canned;
 use crate::ops::{CanonicalOp, PathControl, Plane, Units};
 use crate::problem::Problem;
 use crate::state::{FeedMode, Saved, State, convert};
@@ -82,9 +83,12 @@ pub(crate) fn feed_mode(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> 
     Ok(())
 }
 
-/// G80.
+/// G80. Fanuc and Haas have canned cycles in a group of their own (09), which leaves group 01 alone:
+/// once the cycle has ended, the motion mode before it is in force again (B-63944EN, "Preparatory
+/// Function": codes of group 01 are not affected by a code of a canned cycle). For LinuxCNC there is
+/// no motion mode after G80.
 pub(crate) fn no_motion(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
-    exec.state.motion = None;
+    exec.end_cycle();
     Ok(())
 }
 
@@ -122,6 +126,17 @@ pub(crate) fn continuous(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
 }
 
 impl Exec<'_> {
+    /// Ends a canned cycle, and with it rigid tapping.
+    pub(crate) fn end_cycle(&mut self) {
+        let state = &mut *self.state;
+        state.rigid_tapping = false;
+        if !self.config.dialect.is_fanuc() {
+            state.motion = None;
+        } else if state.motion.is_some_and(is_canned) {
+            state.motion = state.before_cycle;
+        }
+    }
+
     /// Puts what has lengths into other units; the machine stays where it is.
     pub(crate) fn change_units(&mut self, units: Units) {
         let state = &mut *self.state;

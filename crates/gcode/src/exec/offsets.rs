@@ -3,29 +3,23 @@
 use super::Exec;
 use crate::codes::{Code, whole};
 use crate::dialect::Leniency;
+use crate::exec::registers::extra_system;
 use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, Position};
-use crate::parameters::{G92, G92_ACTIVE, SYSTEM};
+use crate::parameters::{G92, G92_ACTIVE, SYSTEM, system_parameter};
 use crate::problem::Problem;
 use crate::state::{Offsets, convert, rotate, subtract};
 use crate::tool_table::{Tool, ToolTable};
 
-/// Parameters of G54 start here, those of the other systems 20 apart.
-const FIRST_SYSTEM: u16 = 5221;
-
-/// First parameter of a system, 1 to 9.
-pub(crate) fn system_parameter(system: u8) -> u16 {
-    FIRST_SYSTEM + 20 * (u16::from(system.max(1)) - 1)
-}
-
 /// G54 to G59.3: selects a work coordinate system.
 pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    // G54 to G59 are systems 1 to 6, G59.1 to G59.3 are 7 to 9.
-    let system = if code.tenths > 590 {
-        code.tenths - 590 + 6
-    } else {
-        (code.tenths - 540) / 10 + 1
-    } as u8;
+    // G54 to G59 are systems 1 to 6, G59.1 to G59.3 are 7 to 9; P of G54.1 and G154 goes on.
+    let system = match code.tenths {
+        541 | 1540 => extra_system(exec, code)?,
+        591..=593 => code.tenths - 590 + 6,
+        tenths => (tenths - 540) / 10 + 1,
+    };
+    exec.note_extra_system(system);
     if system != exec.state.system {
         exec.load_system(system);
         exec.emit(CanonicalOp::SetG92Offset(exec.state.offsets.g92));
@@ -36,11 +30,11 @@ pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 impl Exec<'_> {
     /// Puts a coordinate system into force as its parameters describe it.
-    pub(crate) fn load_system(&mut self, system: u8) {
+    pub(crate) fn load_system(&mut self, system: u16) {
         // Origin and rotation as the parameters have them, which are in machine units.
         let first = system_parameter(system);
         let origin = convert(
-            &self.parameters.position(first),
+            &self.stored_origin(system),
             self.config.machine_units,
             self.state.units,
         );
@@ -62,6 +56,12 @@ impl Exec<'_> {
     fn apply_g92(&mut self, offset: Position) {
         self.state.rebase(|offsets| offsets.g92 = offset);
         self.emit(CanonicalOp::SetG92Offset(offset));
+    }
+
+    /// Puts a G52 shift into force and remembers it.
+    pub(crate) fn put_shift(&mut self, shift: Position) {
+        self.apply_g92(shift);
+        self.remember_g92();
     }
 
     fn remember_g92(&mut self) {
@@ -131,18 +131,18 @@ pub(crate) fn g92_restore(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 }
 
 /// The system that L11 measures tools in: G59.3.
-const FIXTURE_SYSTEM: u8 = 9;
+const FIXTURE_SYSTEM: u16 = 9;
 
 /// G10: data of tools (L1, L10, L11) and of coordinate systems (L2, L20).
 pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let selector = exec.need(b'L', code, "L, what it sets")?;
     let number = exec.need(b'P', code, "P, the coordinate system or tool")?;
     // With axis words, L10 and L11 are LinuxCNC's measurements, without them Fanuc's memories.
-    if let Some(memory @ 10.0..=13.0) = whole(selector)
-        && exec.config.leniencies.has(Leniency::ToolMemory)
-        && !(0..9).any(|axis| exec.axis_word(axis).is_some())
-    {
-        return exec.set_memory(code, memory, number);
+    let is_control = exec.config.dialect.is_fanuc()
+        || exec.config.leniencies.has(Leniency::ToolMemory)
+            && matches!(whole(selector), Some(10.0..=13.0));
+    if is_control && let Some(result) = exec.control_data(code, selector, number) {
+        return result;
     }
     match whole(selector) {
         Some(2.0) => exec.set_system(code, number, false),
@@ -173,7 +173,7 @@ pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 impl Exec<'_> {
     /// The offsets that a system would have if it were in force; the tool is none.
-    fn system_offsets(&self, system: u8) -> Offsets {
+    fn system_offsets(&self, system: u16) -> Offsets {
         let first = system_parameter(system);
         let g5x = convert(
             &self.parameters.position(first),
@@ -194,7 +194,7 @@ impl Exec<'_> {
         // P0 is the system in force.
         let system = match whole(number).filter(|number| (0.0..=9.0).contains(number)) {
             Some(0.0) => self.state.system,
-            Some(number) => number as u8,
+            Some(number) => number as u16,
             None => {
                 return Err(Problem::WordOutOfRange {
                     code,
@@ -235,7 +235,7 @@ impl Exec<'_> {
         Ok(())
     }
 
-    fn store_system(&mut self, system: u8, offsets: &Offsets) {
+    fn store_system(&mut self, system: u16, offsets: &Offsets) {
         let first = system_parameter(system);
         let stored = convert(&offsets.g5x, self.state.units, self.config.machine_units);
         self.parameters.put_position(first, &stored);
@@ -263,31 +263,6 @@ impl Exec<'_> {
         let mut change = subtract(&here, &self.with_axis_words(&here));
         rotate(&mut change, without.rotation_deg);
         std::array::from_fn(|axis| tool[axis] + change[axis])
-    }
-
-    /// A tool memory of Fanuc: L10 and L12 give length and radius, L11 and L13 what their wear
-    /// adds.
-    fn set_memory(&mut self, code: Code, memory: f64, number: f64) -> Result<(), Problem> {
-        let value = self.need(b'R', code, "R, the value of the tool memory")?;
-        self.warnings.push(Problem::Lenient {
-            leniency: Leniency::ToolMemory,
-        });
-        let number = whole_within((code, b'P'), number, 1.0..1e9, "a tool number")? as i32;
-        // The table is in machine units; it holds diameters, while radii are programmed.
-        let value = self.state.units.convert(value, self.config.machine_units);
-        let table = self.tools.get_or_insert_with(ToolTable::default);
-        let mut tool = table.get(number).copied().unwrap_or(Tool {
-            number,
-            ..Tool::default()
-        });
-        match memory as u8 {
-            10 => tool.offset[2] = value,
-            11 => tool.offset[2] += value,
-            12 => tool.diameter = 2.0 * value,
-            _ => tool.diameter += 2.0 * value,
-        }
-        table.insert(tool);
-        Ok(())
     }
 
     /// Changes a tool's offset, radius (R), angles (I, J) and orientation (Q). In force with the

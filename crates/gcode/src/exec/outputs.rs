@@ -177,6 +177,8 @@ impl Exec<'_> {
         let mut view = View {
             parameters: self.parameters,
             state: self.state,
+            tools: self.tools.as_ref(),
+            config: self.config,
         };
         let value = evaluate(&block, value, &mut view, &mut Vec::new()).ok()?;
         Some(value)

@@ -185,7 +185,7 @@ pub(crate) fn action(code: Code) -> Option<Action> {
         ('G', 520) => offsets::local,
         ('G', 530) => straight::machine_coordinates,
         ('G', 531) => controls::orient,
-        ('G', 540 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593) => offsets::select,
+        ('G', 540 | 541 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593 | 1540) => offsets::select,
         ('G', 610) => modes::exact_path,
         ('G', 611) => modes::exact_stop,
         ('G', 640) => modes::continuous,

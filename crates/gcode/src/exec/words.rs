@@ -48,6 +48,8 @@ pub(crate) struct Words {
     pub(crate) accepted: Leniencies,
     /// A leniency that a code of the block takes.
     pub(crate) taken: Option<Leniency>,
+    /// Bits of letters that may stand there without a code.
+    pub(crate) free: u32,
 }
 
 fn slot(letter: u8) -> usize {
@@ -68,6 +70,7 @@ impl Words {
         self.codes.clear();
         self.motion = None;
         self.taken = None;
+        self.free = 0;
     }
 
     /// Whether a letter is there.
@@ -106,6 +109,34 @@ impl Words {
         self.mask |= bit(letter);
         if let Some(kept) = self.values.get_mut(slot(letter)) {
             *kept = value;
+        }
+    }
+
+    /// Sets the value of a letter that stands at a place.
+    pub(crate) fn put_at(&mut self, letter: u8, value: f64, text: Text) {
+        self.put(letter, value);
+        if let Some(place) = self.texts.get_mut(slot(letter)) {
+            *place = text;
+        }
+    }
+
+    /// Whether a code is on the line and no other code takes a letter.
+    pub(crate) fn only_user_of(&self, code: Code, letter: u8) -> bool {
+        let mut there = false;
+        for used in &self.codes {
+            there |= used.row.code == code;
+            if used.row.code != code && used.row.takes & bit(letter) != 0 {
+                return false;
+            }
+        }
+        there
+    }
+
+    /// Puts a code of the same group in the place of another.
+    pub(crate) fn replace(&mut self, old: Code, new: Code) {
+        let Some(row) = find(new) else { return };
+        for used in self.codes.iter_mut().filter(|used| used.row.code == old) {
+            used.row = row;
         }
     }
 
@@ -232,7 +263,7 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     let mut taken = if state.motion_unknown {
         !0
     } else {
-        FREE_LETTERS
+        FREE_LETTERS | words.free
     };
     // `$` says which spindle the S is for.
     if words.has(b'S') {

@@ -3,6 +3,7 @@
 use super::Interpreter;
 use super::flow::{Goto, Open, OpenKind, Skip};
 use crate::codes::whole;
+use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::Keyword;
 
@@ -261,7 +262,10 @@ const LINES_A_BLOCK: usize = 16;
 pub(crate) fn line_number(line: &[u8]) -> Option<f64> {
     // Block delete may stand before the N number.
     let text = line.trim_ascii_start();
-    let text = text.strip_prefix(b"/").unwrap_or(text).trim_ascii_start();
+    let text = match text.strip_prefix(b"/").map(<[u8]>::trim_ascii_start) {
+        Some([b'1'..=b'9', rest @ ..] | rest) => rest.trim_ascii_start(),
+        None => text,
+    };
     let [b'N' | b'n', rest @ ..] = text else {
         return None;
     };
@@ -390,7 +394,12 @@ impl Interpreter {
     }
 
     /// `IF [..] GOTO n`, `GOTO n` and `IF [..] THEN #1=..`.
-    pub(crate) fn macro_flow(&mut self, label: &str, keyword: Keyword) -> Result<(), Problem> {
+    pub(crate) fn macro_flow(
+        &mut self,
+        label: &str,
+        keyword: Keyword,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), Problem> {
         // GOTO without a condition always jumps.
         let holds = self.argument(0)?.is_none_or(|condition| condition != 0.0);
         if !holds {
@@ -398,7 +407,7 @@ impl Interpreter {
         }
         match keyword {
             Keyword::Goto => self.goto(label.parse().unwrap_or(-1.0)),
-            _ => self.apply_settings().map_err(|(problem, _)| problem),
+            _ => self.apply_settings(out).map_err(|(problem, _)| problem),
         }
     }
 }

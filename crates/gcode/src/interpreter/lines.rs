@@ -29,6 +29,9 @@ impl Interpreter {
             self.salvage();
             self.spoil_profile();
         }
+        if self.config.dialect.is_fanuc() && !self.is_passing() {
+            self.note_line_number();
+        }
         // A block may end the profile of a turning cycle, or a subroutine whose modes come back.
         if self.profile.is_some() {
             self.end_profile(out);
@@ -162,8 +165,11 @@ impl Interpreter {
         if self.percent == Percent::Unknown && !self.block.is_blank() {
             self.percent = Percent::Absent;
         }
-        if self.block.deletable && self.config.block_delete {
+        if self.block.deletable && self.config.skips(self.block.skip_number) {
             return Ok(());
+        }
+        if self.config.dialect.is_fanuc() && !self.block.ops.is_empty() {
+            self.note_program();
         }
         match self.block.flow {
             Some((label, keyword)) => self
@@ -248,10 +254,13 @@ impl Interpreter {
                 Ok(())
             };
         }
+        if keyword == Keyword::Bare && !self.begun {
+            self.program_number = label.parse().unwrap_or(0.0);
+        }
         // Comments of O-lines are carried out like those of other lines.
         self.run_comment(out);
         match keyword {
-            Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword),
+            Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword, out),
             Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => {
                 self.subroutine(label, keyword)
             }
@@ -276,7 +285,7 @@ impl Interpreter {
 /// Whether a line can begin with an O-word or a percent sign, or hold an M99.
 fn may_matter(line: &[u8]) -> bool {
     line.iter()
-        .any(|byte| matches!(byte, b'o' | b'O' | b'%' | b'm' | b'M'))
+        .any(|byte| matches!(byte, b'o' | b'O' | b':' | b'%' | b'm' | b'M'))
 }
 
 fn has_code(block: &Block, letter: u8, number: f64) -> bool {

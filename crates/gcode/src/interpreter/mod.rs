@@ -96,6 +96,12 @@ pub struct Interpreter {
     missing_sub: Option<String>,
     /// Leniencies made use of so far.
     told: Leniencies,
+    /// What else is told once: M codes that are not known, system variables that are doubtful.
+    told_once: std::collections::BTreeSet<dialects::Once>,
+    /// Number of the main program.
+    program_number: f64,
+    /// States that Klipper's SAVE_GCODE_STATE has saved, and its offset.
+    klipper: dialects::Klipper,
     habits: dialects::Habits,
     /// Lines are looked at for another dialect's sake.
     special: bool,
@@ -109,13 +115,24 @@ impl Interpreter {
     pub fn new(config: InterpreterConfig) -> Interpreter {
         let mut parameters = Parameters::new(config.limits.named_parameters);
         parameters.vacants = config.leniencies.has(Leniency::Vacant);
+        if config.dialect.is_fanuc() || config.leniencies.has(Leniency::ExtraSystems) {
+            parameters.add_control_variables();
+        }
         // Stored parameters come first: work systems, G92 and homes are read from them below.
         for &(number, value) in &config.parameters {
             if number <= HIGHEST && value.is_finite() {
                 parameters.put(number, value);
             }
         }
+        for (name, value) in &config.told {
+            match name.parse::<u16>() {
+                Ok(number) => parameters.put(number, *value),
+                Err(_) => parameters.put_told(name.as_bytes(), *value),
+            }
+        }
         let mut state = State::new(config.program_units);
+        // The power-on state of these controls is G98, that of LinuxCNC G99.
+        state.retract_to_start = config.dialect.is_fanuc();
         // The configuration is in mm and rad, the interpreter in program units and degrees.
         let start: [f64; 9] = std::array::from_fn(|i| {
             if (3..6).contains(&i) {
@@ -127,14 +144,16 @@ impl Interpreter {
         let unit = |position| convert(&position, config.machine_units, config.program_units);
         let system = parameters.get(crate::parameters::SYSTEM);
         state.system = if (1.0..=9.0).contains(&system) {
-            system as u8
+            system as u16
         } else {
             1
         };
         // Offsets in force at the start, as the control's memory has them.
-        let first = crate::exec::offsets::system_parameter(state.system);
-        state.offsets.g5x = unit(parameters.position(first));
+        let first = crate::parameters::system_parameter(state.system);
+        let origin = crate::exec::registers::origin(&parameters, &config, state.system);
+        state.offsets.g5x = unit(origin);
         state.offsets.rotation_deg = parameters.get(first + 9);
+        dialects::note_start(&mut parameters, &config, &state);
         if parameters.get(crate::parameters::G92_ACTIVE) != 0.0 {
             state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
         }
@@ -185,6 +204,9 @@ impl Interpreter {
             idle: 0,
             missing_sub: None,
             told: Leniencies::default(),
+            told_once: std::collections::BTreeSet::new(),
+            program_number: 0.0,
+            klipper: dialects::Klipper::default(),
             habits: dialects::Habits::default(),
             special,
             modal_macro: None,
@@ -291,6 +313,8 @@ impl Interpreter {
         let mut view = View {
             parameters: &mut self.parameters,
             state: &self.state,
+            tools: self.tools.as_ref(),
+            config: &self.config,
         };
         evaluate(&self.block, value, &mut view, &mut self.stack)
     }

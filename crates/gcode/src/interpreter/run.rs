@@ -1,7 +1,7 @@
 //! Carrying out a line of words, settings and comments.
 
 use super::Interpreter;
-use super::dialects::Line;
+use super::dialects::{Line, builders_words};
 use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::exec::words::check;
@@ -61,13 +61,17 @@ impl Interpreter {
             return Ok(());
         }
         // 2. Evaluate the words and look up their codes.
+        let foreign = self.take_foreign_m_codes();
         let mut collected = self.collect_words();
         if self.words.has(b'E') && self.merge_exponents() {
             collected = self.collect_words();
         }
         collected?;
+        if foreign {
+            self.words.free = builders_words();
+        }
         if self.special {
-            self.special_words();
+            self.special_words(out);
         }
         self.note_axes();
         // A subroutine that stands further on is looked for before anything is carried out, so that
@@ -80,7 +84,7 @@ impl Interpreter {
             return self.look_for(name).map_err(|problem| (problem, None));
         }
         // 3. Parameters are set before any code is carried out.
-        self.apply_settings()?;
+        self.apply_settings(out)?;
         self.warn();
         if self.profile.is_some() {
             return self.profile_line();
@@ -100,6 +104,9 @@ impl Interpreter {
         let result = self.exec(out).run();
         self.warn();
         result?;
+        if self.config.dialect.is_fanuc() {
+            self.note_modes();
+        }
         self.jump(out).map_err(|problem| (problem, None))?;
         if self.modal_macro.is_some() {
             self.call_modal_macro().map_err(|problem| (problem, None))
@@ -109,12 +116,13 @@ impl Interpreter {
     }
 
     /// Words that other dialects mean otherwise.
-    fn special_words(&mut self) {
+    fn special_words(&mut self, out: &mut Vec<SourcedOp>) {
         if let Some(leniency) = self.words.taken.take() {
             self.tell(leniency);
         }
         self.unpack_call();
         if self.config.dialect.is_fanuc() {
+            self.fanuc_words(out);
             self.fanuc_dwell();
         }
     }
@@ -148,7 +156,10 @@ impl Interpreter {
     }
 
     /// Settings take effect together, after everything on the line has been read.
-    pub(crate) fn apply_settings(&mut self) -> Result<(), (Problem, Option<Text>)> {
+    pub(crate) fn apply_settings(
+        &mut self,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), (Problem, Option<Text>)> {
         if self.block.settings.is_empty() {
             return Ok(());
         }
@@ -167,6 +178,9 @@ impl Interpreter {
         }
         for (setting, (number, value)) in values {
             let result = match setting.target {
+                Target::Numbered(_) if self.is_control_variable(number) => {
+                    self.set_control_variable(number, value, out)
+                }
                 Target::Numbered(_) => self.parameters.set(number, value),
                 Target::Named(name) => {
                     self.parameters
@@ -229,6 +243,7 @@ impl Interpreter {
         if let Some(number) = self.parameters.unset_read.take() {
             self.report(Problem::UnsetParameter { number });
         }
+        self.warn_of_variables();
         while let Some(problem) = self.warnings.pop() {
             match problem {
                 Problem::Lenient { leniency } => self.tell(leniency),

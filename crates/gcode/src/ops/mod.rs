@@ -21,10 +21,10 @@ use serde::{Deserialize, Serialize};
 pub enum CanonicalOp {
     /// Units of all following lengths.
     UseLengthUnits(Units),
-    /// Origin of a work coordinate system, 1 for G54 to 9 for G59.3.
+    /// Origin of a work coordinate system, 1 for G54 to 9 for G59.3, 10 for G54.1 P1 and on.
     SetG5xOffset {
         /// Number of the system.
-        system: u8,
+        system: u16,
         /// Its origin.
         offset: Position,
     },

@@ -171,6 +171,8 @@ pub enum Keyword {
 pub struct Block {
     /// Whether it began with `/`.
     pub deletable: bool,
+    /// The number after its `/`; 0 for none.
+    pub skip_number: u8,
     /// Whether it is a `%` line.
     pub percent: bool,
     /// Its N number.
@@ -203,6 +205,7 @@ impl Block {
     /// Empties it and keeps its buffers.
     pub fn clear(&mut self) {
         self.deletable = false;
+        self.skip_number = 0;
         self.percent = false;
         self.lower_case = false;
         self.glued = false;

@@ -71,11 +71,7 @@ fn step(
         }
         Op::Named(text) => {
             let name = block.name(text);
-            lookup
-                .named(name)
-                .ok_or_else(|| Problem::UnknownParameter {
-                    name: String::from_utf8_lossy(name).into_owned(),
-                })?
+            lookup.named(name).ok_or_else(|| unknown(name))?
         }
         Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
         Op::ExistsNumber => truth(lookup.numbered_exists(valued(pop(stack)))),
@@ -104,6 +100,18 @@ fn step(
     };
     stack.push(finite(result)?);
     Ok(())
+}
+
+/// A name without a value; those of the machine's HAL and INI file are told, not set.
+#[cold]
+fn unknown(name: &[u8]) -> Problem {
+    let outside = name.starts_with(b"_hal[") || name.starts_with(b"_ini[");
+    let name = String::from_utf8_lossy(name).into_owned();
+    if outside {
+        Problem::HalValue { name }
+    } else {
+        Problem::UnknownParameter { name }
+    }
 }
 
 fn truth(condition: bool) -> f64 {

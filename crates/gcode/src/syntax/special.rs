@@ -5,7 +5,7 @@ use super::block::{Block, Fault, Keyword, Label, Parsed, Setting, Text, Value, W
 use super::expression::{PostfixCode, bare_value, bracket_value, expected, target, word_value};
 use super::number::skip;
 use super::parse;
-use super::parse::{head, taken, word};
+use super::parse::{flow_line, head, taken, word};
 use crate::dialect::{Leniencies, Leniency};
 use crate::limits::Limits;
 use crate::problem::Problem;
@@ -102,6 +102,14 @@ impl<'a> Reader<'a> {
 
     fn items(&mut self, block: &mut Block) -> Parsed<'a, ()> {
         let (mut rest, ()) = head(self.line, block, self.limits)?;
+        rest = self.skip_number(rest, block)?.0;
+        // A colon is the O of program numbers in ISO code.
+        if let [b':', after @ ..] = skip(rest)
+            && self.take(Leniency::ColonNumbers)
+        {
+            let (after, ()) = flow_line(after, block, self.limits.expression_depth)?;
+            return self.flow_end(after);
+        }
         // Control flow and text commands take the whole line; otherwise it is a list of items.
         if let Some(result) = self.flow(skip(rest), block) {
             return result;
@@ -130,6 +138,22 @@ impl<'a> Reader<'a> {
                     },
                 );
             }
+        }
+    }
+
+    /// `/2`: which switch skips the line. N may follow it.
+    fn skip_number(&mut self, rest: &'a [u8], block: &mut Block) -> Parsed<'a, ()> {
+        let [digit @ b'1'..=b'9', after @ ..] = skip(rest) else {
+            return Ok((rest, ()));
+        };
+        let is_number = block.deletable && block.line_number.is_none();
+        if !is_number || !self.take(Leniency::NumberedSkip) {
+            return Ok((rest, ()));
+        }
+        block.skip_number = digit - b'0';
+        match skip(after) {
+            [b'N' | b'n', ..] => head(skip(after), block, self.limits),
+            _ => Ok((after, ())),
         }
     }
 
@@ -298,10 +322,36 @@ impl<'a> Reader<'a> {
         if !(is_extended || is_text) {
             return None;
         }
+        // What changes coordinates is carried out, not skipped.
+        let command = std::str::from_utf8(input).ok().and_then(command_name);
+        if command.is_some_and(|(name, _)| STATE_COMMANDS.contains(&name.as_str()))
+            && self.take(Leniency::GcodeStates)
+        {
+            block.words.clear();
+            return Some(Ok((&[], ())));
+        }
         self.take(Leniency::StringCommands);
         block.words.clear();
         Some(Ok((&[], ())))
     }
+}
+
+/// Commands of Klipper about states and coordinates.
+pub(crate) const STATE_COMMANDS: [&str; 3] = [
+    "SAVE_GCODE_STATE",
+    "RESTORE_GCODE_STATE",
+    "SET_GCODE_OFFSET",
+];
+
+/// The name of a command in upper case, and what follows it.
+pub(crate) fn command_name(line: &str) -> Option<(String, &str)> {
+    let line = line.trim_start();
+    let length = line
+        .bytes()
+        .take_while(|byte| byte.is_ascii_alphanumeric() || *byte == b'_')
+        .count();
+    let (name, rest) = line.split_at_checked(length)?;
+    (length >= 2).then(|| (name.to_ascii_uppercase(), rest))
 }
 
 /// The rest after a keyword, in any case.

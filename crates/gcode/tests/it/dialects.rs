@@ -75,7 +75,7 @@ const LONG_LINE: &str = "G0 X1 (................................................
 /// A program that takes one leniency, and the dialect that has it.
 const DETOUR: &str = "G18 G8 F100\nO1 SUB\nG0 X2 Z3\nG1 X4 Z-1\nX8 Z-12\nO1 ENDSUB\nG0 X10 Z-20\nG42.1 D0.4\nG70 Q1 X10 Z3\nG0 X20 Z5\nG40\nM30\n";
 
-const TAKES: [(Leniency, Dialect, &str); 30] = [
+const TAKES: [(Leniency, Dialect, &str); 35] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (
         Leniency::ByteOrderMark,
@@ -174,6 +174,23 @@ const TAKES: [(Leniency, Dialect, &str); 30] = [
         Dialect::LinuxCnc,
         "#<n>=[#<n>+1]\nG0 X#<n>\nM30\n",
     ),
+    (
+        Leniency::ExtraSystems,
+        Dialect::Fanuc,
+        "G54.1 P1\nG0 X1.\nM30\n",
+    ),
+    (
+        Leniency::CycleRepeats,
+        Dialect::Fanuc,
+        "G81 Z-1. R1. F100. K2\nM30\n",
+    ),
+    (Leniency::NumberedSkip, Dialect::Fanuc, "/2 G0 X1.\nM30\n"),
+    (Leniency::ColonNumbers, Dialect::Fanuc, ":0001\nM30\n"),
+    (
+        Leniency::GcodeStates,
+        Dialect::Klipper,
+        "SAVE_GCODE_STATE\nM30\n",
+    ),
 ];
 
 #[test]
@@ -200,7 +217,10 @@ fn every_leniency_has_its_own_warning_and_its_own_switch() {
             ..accepted
         };
         // These mean something else without it.
-        if !matches!(leniency, Leniency::ToolMemory | Leniency::FinishDetour) {
+        if !matches!(
+            leniency,
+            Leniency::ToolMemory | Leniency::FinishDetour | Leniency::GcodeStates
+        ) {
             let mut program = Program::new(text.as_bytes(), refused);
             for _ in program.by_ref() {}
             assert!(

@@ -23,6 +23,7 @@ mod hostile;
 mod limits;
 mod more_motion;
 mod motion;
+mod production;
 mod profiles;
 mod quick;
 mod robust;

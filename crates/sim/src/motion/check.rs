@@ -110,7 +110,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
 }
 
 impl Pass<'_> {
-    fn item(&mut self, read: &Read, system: u8) -> Result<(), SimError> {
+    fn item(&mut self, read: &Read, system: u16) -> Result<(), SimError> {
         let Some(PlanItem::Move(item)) = plan_item(&read.item)? else {
             return Ok(());
         };

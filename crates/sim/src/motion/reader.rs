@@ -26,7 +26,7 @@ pub(crate) struct Reader {
     pending: VecDeque<Read>,
     plane: Plane,
     /// Work coordinate system in force, from 1 for G54.
-    system: u8,
+    system: u16,
     /// The first move that follows the spindle.
     synchronised: Option<BlockRef>,
     /// Whether each spindle that turns does so clockwise, and how often any has changed that.
@@ -187,7 +187,7 @@ impl Reader {
     }
 
     /// Work coordinate system in force, from 1 for G54.
-    pub(crate) fn system(&self) -> u8 {
+    pub(crate) fn system(&self) -> u16 {
         self.system
     }
 
@@ -239,6 +239,9 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
         dialect,
         leniencies: options.leniencies.unwrap_or(dialect.leniencies()),
         block_delete: options.block_delete,
+        block_skips: options.block_skips.clone(),
+        ignored_m_codes: options.ignored_m_codes.clone(),
+        told: options.told.clone(),
         tool_table: options.tool_table.clone().or_else(|| tool_table(machine)),
         start: machine.start(),
         limits: options.limits.clone(),

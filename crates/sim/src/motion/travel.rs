@@ -18,12 +18,12 @@ pub(super) struct Excesses {
     found: Vec<TravelExcess>,
     moves: u64,
     /// Work coordinate systems in which moves go beyond the travel, from 1 for G54.
-    systems: BTreeSet<u8>,
+    systems: BTreeSet<u16>,
 }
 
 impl Excesses {
     /// Takes the violations of one move.
-    pub(super) fn add(&mut self, machine: &Machine, system: u8, violations: &[TravelViolation]) {
+    pub(super) fn add(&mut self, machine: &Machine, system: u16, violations: &[TravelViolation]) {
         if violations.is_empty() {
             return;
         }

@@ -121,7 +121,7 @@ impl Exec<'_> {
             }
             ('G', 531 | 680..=690) => "the coordinates cannot turn under cutter compensation",
             ('G', 430..=490) => "the tool offset cannot change under cutter compensation",
-            ('G', 520 | 540..=593 | 920) => {
+            ('G', 520 | 540..=593 | 920 | 1540) => {
                 "the coordinate system cannot change under cutter compensation"
             }
             ('G', 610..=640) => "path control cannot change under cutter compensation",
@@ -138,8 +138,15 @@ impl Exec<'_> {
     /// Whether a G10 L2 or L20 is about the system in force.
     fn changes_system_in_force(&self) -> bool {
         let named = self.word(b'P').and_then(whole);
-        let is_current = named == Some(0.0) || named == Some(f64::from(self.state.system));
-        is_current && matches!(self.word(b'L').and_then(whole), Some(2.0 | 20.0))
+        let selector = self.word(b'L').and_then(whole);
+        // L20 of Fanuc and Haas counts the systems beyond G59.3, which are 10 and on.
+        let from = match selector {
+            Some(20.0) if self.config.dialect.is_fanuc() => 9.0,
+            _ => 0.0,
+        };
+        let number = named.map(|number| number + from);
+        let is_current = number == Some(0.0) || number == Some(f64::from(self.state.system));
+        is_current && matches!(selector, Some(2.0 | 20.0))
     }
 
     /// Emits the held operations and turns the compensation off.

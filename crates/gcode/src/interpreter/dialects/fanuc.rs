@@ -229,7 +229,7 @@ impl Interpreter {
             (b'G', Value::Number(number)) => IGNORED
                 .iter()
                 .any(|tenths| f64::from(*tenths) == number * 10.0),
-            // M29, rigid tapping: the cycle that follows taps in step anyway.
+            // M29, rigid tapping: the cycle that follows turns the spindle itself.
             (b'M', Value::Number(29.0)) => true,
             _ => false,
         };
@@ -242,6 +242,9 @@ impl Interpreter {
             .words
             .iter()
             .any(|word| word.letter == b'M' && ignored(word));
+        if rigid {
+            self.state.rigid_tapping = true;
+        }
         self.block.words.retain(|word| !ignored(word));
         // What is left belongs to the mode, or to other codes.
         if !rigid

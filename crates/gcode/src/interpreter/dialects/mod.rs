@@ -1,10 +1,14 @@
 //! Lines of other dialects: what of them is rewritten, skipped or called before the words are carried
 //! out; and habits of writing, which are reported once a file with their count.
 
+mod builder;
 mod fanuc;
+mod klipper;
+mod renamed;
+mod variables;
 
 use super::Interpreter;
-use crate::codes::whole;
+use crate::codes::{Code, whole};
 use crate::diagnostics::Diagnostic;
 use crate::dialect::{Dialect, LENIENCIES, Leniency};
 use crate::exec::corner::is_straight;
@@ -13,9 +17,23 @@ use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::special::{is_heidenhain, parse_special, siemens_word};
 use crate::syntax::{Fault, Text, Value};
+pub(crate) use builder::words as builders_words;
 pub(crate) use fanuc::ModalMacro;
+pub(crate) use klipper::Klipper;
 use lostmotion_base::span::{BlockRef, Span};
 use std::collections::BTreeMap;
+pub(crate) use variables::note_start;
+
+/// What is told once only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Once {
+    /// A code that is not known.
+    Code(Code),
+    /// A system variable.
+    Variable(u32),
+    /// SET_VELOCITY_LIMIT.
+    VelocityLimit,
+}
 
 /// What becomes of a line.
 pub(crate) enum Line {
@@ -94,7 +112,18 @@ impl Interpreter {
             return Err((Problem::Siemens { what }, None));
         }
         if self.config.dialect.is_printer() {
+            if accepted.has(Leniency::GcodeStates)
+                && self.block.words.is_empty()
+                && self
+                    .klipper_command(out)
+                    .map_err(|problem| (problem, None))?
+            {
+                return Ok(Line::Done);
+            }
             return Ok(self.printer_line());
+        }
+        if self.config.dialect == Dialect::Haas {
+            self.rename_extra_systems();
         }
         if accepted.has(Leniency::IgnoredCodes) && self.ignore_codes() {
             return Ok(Line::Done);

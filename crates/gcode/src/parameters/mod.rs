@@ -1,11 +1,15 @@
 //! Numbered and named parameters, and the predefined names that show the state (LinuxCNC,
 //! "Predefined Named Parameters").
 
+pub(crate) mod control;
+
 use crate::codes::whole;
+use crate::config::InterpreterConfig;
 use crate::ops::{Plane, Position, Units};
 use crate::problem::Problem;
 use crate::state::{FeedMode, State};
 use crate::syntax::evaluate::{Lookup, valued};
+use crate::tool_table::ToolTable;
 use std::collections::BTreeMap;
 
 /// The highest parameter number.
@@ -44,6 +48,17 @@ pub struct Parameters {
     pub(crate) vacants: bool,
     /// A vacant parameter was read.
     pub(crate) vacant_read: bool,
+    /// What a read has to warn of.
+    pub(crate) noted: Option<Box<Problem>>,
+}
+
+/// First parameter of a work coordinate system: 1 to 9 for G54 to G59.3, 10 on for those beyond.
+pub(crate) const fn system_parameter(system: u16) -> u16 {
+    if system < control::FIRST_EXTRA {
+        SYSTEM_ORIGINS + 20 * (if system == 0 { 1 } else { system } - 1)
+    } else {
+        control::EXTRA_ORIGINS + 20 * (system - control::FIRST_EXTRA)
+    }
 }
 
 impl Parameters {
@@ -61,11 +76,37 @@ impl Parameters {
             unset_read: None,
             vacants: false,
             vacant_read: false,
+            noted: None,
         };
         parameters.put(SYSTEM, 1.0);
         parameters.put_global(b"_value", 0.0);
         parameters.put_global(b"_value_returned", 0.0);
         parameters
+    }
+
+    /// Makes room for the system variables of Fanuc and Haas; those of RS274/NGC from #1000 on have
+    /// no value, but for positions and origins.
+    pub(crate) fn add_control_variables(&mut self) {
+        let size = usize::from(control::LAST);
+        self.numbered.resize(size, 0.0);
+        self.known.resize(size, false);
+        for number in control::FIRST as usize..size {
+            let kept = matches!(number, 5061..=5070 | 5161..=5400);
+            if let Some(known) = self.known.get_mut(number) {
+                *known = kept;
+            }
+        }
+        for (group, code) in control::POWER_ON {
+            self.put(control::GROUPS + group, code);
+        }
+    }
+
+    /// Whether a parameter has been given a value.
+    pub(crate) fn is_known(&self, number: u16) -> bool {
+        self.known
+            .get(usize::from(number))
+            .copied()
+            .unwrap_or(false)
     }
 
     /// The stored value of a parameter; 0 out of range.
@@ -140,6 +181,15 @@ impl Parameters {
         Ok(())
     }
 
+    /// Stores a name that the interpreter is told: a global, or one of the main program.
+    pub(crate) fn put_told(&mut self, name: &[u8], value: f64) {
+        if name.first() == Some(&b'_') {
+            self.put_global(name, value);
+        } else if let Some(scope) = self.scopes.first_mut() {
+            scope.insert(name.into(), value);
+        }
+    }
+
     /// Stores a global that the interpreter itself sets.
     pub(crate) fn put_global(&mut self, name: &[u8], value: f64) {
         self.globals.insert(name.into(), value);
@@ -200,10 +250,20 @@ fn in_range(number: f64) -> Result<u16, Problem> {
     }
 }
 
+/// The number of a system variable.
+pub(crate) fn control_number(number: f64) -> Result<u32, Problem> {
+    whole(number)
+        .filter(|whole| *whole < 1e9)
+        .map(|whole| whole as u32)
+        .ok_or(Problem::ParameterRange { number })
+}
+
 /// Parameters as an expression sees them: with those that show the state.
 pub(crate) struct View<'a> {
     pub(crate) parameters: &'a mut Parameters,
     pub(crate) state: &'a State,
+    pub(crate) tools: Option<&'a ToolTable>,
+    pub(crate) config: &'a InterpreterConfig,
 }
 
 impl Lookup for View<'_> {
@@ -212,6 +272,10 @@ impl Lookup for View<'_> {
         if number == 0.0 && self.parameters.vacants {
             self.parameters.vacant_read = true;
             return Ok(f64::NAN);
+        }
+        if number >= f64::from(control::FIRST) && self.config.dialect.is_fanuc() {
+            let number = control_number(number)?;
+            return self.control_variable(number);
         }
         let number = in_range(number)?;
         Ok(match number {
