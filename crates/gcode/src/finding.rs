@@ -174,6 +174,12 @@ impl IntoHint for &str {
     }
 }
 
+impl IntoHint for String {
+    fn into_hint(self) -> Option<String> {
+        Some(self)
+    }
+}
+
 impl IntoHint for Option<String> {
     fn into_hint(self) -> Option<String> {
         self

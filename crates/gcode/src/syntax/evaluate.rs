@@ -75,6 +75,7 @@ fn step(
                 .named(name)
                 .ok_or_else(|| Problem::UnknownParameter {
                     name: String::from_utf8_lossy(name).into_owned(),
+                    near: None,
                 })?
         }
         Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
