@@ -24,6 +24,29 @@ pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
     }
 }
 
+/// Longest name that [`nearest`] compares, bytes: the comparison takes time with its square. A choice.
+const MOST_COMPARED: usize = 64;
+/// Most names that [`nearest`] looks at. A choice: a hint need not search millions.
+const MOST_NAMES: usize = 10_000;
+
+/// The name of many that an unknown one is most likely meant to be: one letter in three may differ.
+/// `None` if none is near; numbers have no near ones.
+pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let is_number = unknown.bytes().all(|byte| byte.is_ascii_digit());
+    if is_number || unknown.len() > MOST_COMPARED {
+        return None;
+    }
+    let most = unknown.chars().count() / 3;
+    let near = known
+        .into_iter()
+        .take(MOST_NAMES)
+        .filter(|name| name.len() <= MOST_COMPARED)
+        .map(|name| (distance(unknown, name), name));
+    near.filter(|(steps, _)| (1..=most).contains(steps))
+        .min()
+        .map(|(_, name)| name)
+}
+
 /// Levenshtein's distance: insertions, deletions and replacements of letters that lead from one
 /// name to the other.
 fn distance(from: &str, to: &str) -> usize {
@@ -66,6 +89,15 @@ mod tests {
         assert_eq!(distance("abc", ""), 3);
         assert_eq!(distance("gap_um", "gap_um"), 0);
         assert_eq!(distance("flaw", "lawn"), 2);
+    }
+
+    #[test]
+    fn only_a_slip_of_the_keys_is_near() {
+        assert_eq!(nearest("pokcet", ["slot", "pocket"]), Some("pocket"));
+        assert_eq!(nearest("feeed", ["fed", "feed"]), Some("feed"));
+        assert_eq!(nearest("hole", ["drill", "slot"]), None);
+        assert_eq!(nearest("101", ["100"]), None);
+        assert_eq!(nearest("a", ["b"]), None);
     }
 
     #[test]

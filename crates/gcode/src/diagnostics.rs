@@ -12,7 +12,7 @@ use lostmotion_base::span::BlockRef;
 /// ```
 /// use lostmotion_gcode::{InterpreterConfig, Program, Severity};
 ///
-/// let found = Program::new(&b"G21 F200\nG2 X20 I4\nM2\n"[..], InterpreterConfig::default()).finish();
+/// let found = Program::new(&b"G21 F200 G0 X10\nG2 X20 I15 J0\nM2\n"[..], InterpreterConfig::default()).finish();
 /// let diagnostic = &found.kept()[0];
 /// assert_eq!(diagnostic.code(), "arc-radii");
 /// assert_eq!(diagnostic.severity(), Severity::Error);

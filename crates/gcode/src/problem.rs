@@ -8,22 +8,29 @@ use crate::dialect::Leniency;
 use crate::finding::{CatalogRow, IntoHint, Severity, problems, severity};
 use serde::Serialize;
 
-fn arc_format(center_absolute: bool) -> Option<String> {
-    let text = if center_absolute {
-        "did you mean G91.1, centres relative to the start?"
-    } else {
-        "did you mean G90.1, absolute arc centres?"
-    };
-    Some(text.to_owned())
+/// Where an arc leads, for messages: the letters of its plane, its ends and its centre.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArcPlace {
+    /// Letters of the two axes.
+    pub axes: [char; 2],
+    /// Start, program units.
+    pub start: [f64; 2],
+    /// End, program units.
+    pub end: [f64; 2],
+    /// Centre, program units; `None` where none could be made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 2]>,
 }
 
-fn belongs_to(letter: char, users: &str) -> Option<String> {
-    match (letter, users) {
-        (_, "") => None,
-        ('E', _) => Some(format!(
-            "it belongs to {users}; an exponent needs its sign (1E+3), or --dialect fanuc"
-        )),
-        _ => Some(format!("it belongs to {users}")),
+impl std::fmt::Display for ArcPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [first, second] = self.axes;
+        let point = |[one, two]: [f64; 2]| format!("{first}{} {second}{}", place(one), place(two));
+        write!(f, "from {} to {}", point(self.start), point(self.end))?;
+        match self.center {
+            Some(center) => write!(f, " about {}", point(center)),
+            None => Ok(()),
+        }
     }
 }
 
@@ -33,6 +40,37 @@ fn builders_code(code: Code) -> Option<String> {
             "if it is a code of the machine's builder that moves no axis: --m-code {code}=ignore"
         )
     })
+}
+
+/// Most decimals of a coordinate in a message.
+const SHOWN_DECIMALS: usize = 4;
+
+/// A coordinate without the digits that rounding has left.
+pub(crate) fn place(value: f64) -> String {
+    let text = format!("{value:.SHOWN_DECIMALS$}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" {
+        "0".to_owned()
+    } else {
+        short.to_owned()
+    }
+}
+
+fn show_symbol(symbol: char) -> String {
+    format!("'{symbol}' (U+{:04X})", u32::from(symbol))
+}
+
+fn sub_hint(near: &Option<String>) -> Option<String> {
+    Some(match near {
+        Some(near) => format!("did you mean o<{near}>?"),
+        None => "define it in the program, or put its file into the part's folder or one that \
+            subroutines are taken from (--subroutines)"
+            .to_owned(),
+    })
+}
+
+fn belongs_to(users: &str) -> Option<String> {
+    (!users.is_empty()).then(|| format!("it belongs to {users}"))
 }
 
 fn show_byte(byte: u8) -> String {
@@ -90,6 +128,17 @@ kinds {
         says("{} cannot stand here", show_byte(*.byte)),
         "A character cannot stand where it does.",
         "Remove it, or put it into a comment.";
+    LookAlike { what: &'static str, text: String, meant: String } => error "look-alike",
+        says("{what} in {text}"),
+        "A character only looks like the one that is meant: a decimal comma, the letter O for 0, a \
+            dash or digit of typesetting.",
+        "Write it with the characters of G-code: a point, the digit 0, a hyphen for minus.",
+        hint format!("write {meant}");
+    Utf16 => error "utf-16",
+        says("the file is in UTF-16, which is not read"),
+        "The file is in UTF-16, with two bytes a character.",
+        "Save it as plain text (ASCII or UTF-8), as controls want it.",
+        hint "save it as plain text (ASCII or UTF-8)";
     MissingNumber { after: String } => error "missing-number",
         says("a number is missing after {after}"),
         "A letter or operator is not followed by a number.",
@@ -159,7 +208,7 @@ kinds {
         says("no code on this line uses {letter}{value}"),
         "No code of the line uses the word.",
         "Remove it, or add the code that it belongs to.",
-        hint belongs_to(*letter, users);
+        hint belongs_to(users);
     TwoAxisUsers { code: Code, other: Code } => error "two-axis-users",
         says("{code} and {other} both use the axis words"),
         "Two codes of one line want the axis words.",
@@ -207,11 +256,12 @@ kinds {
         says("parameter #{number} cannot be set"),
         "A parameter that shows the machine's state is set.",
         "Use another parameter.";
-    UnknownParameter { name: String } => error "unknown-parameter",
+    UnknownParameter { name: String, near: Option<String> } => error "unknown-parameter",
         says("parameter #<{name}> is not set"),
         "A named parameter is read that is not set.",
         "Set it first, or ask with EXISTS. Names without a leading underscore belong to one \
-            subroutine.";
+            subroutine.",
+        hint near.as_ref().map(|near| format!("did you mean #<{near}>?"));
     ControlVariable { number: u32, what: &'static str } => error "control-variable",
         says("#{number} is {what}, which is not known here"),
         "A system variable of the control is read whose value only the control knows: a clock, the \
@@ -279,24 +329,32 @@ kinds {
         says("{code} in feed per revolution (G95)"),
         "A probing move in feed per revolution.",
         "Put G94 and F before it.";
-    ArcRadii { start_radius: f64, end_radius: f64, difference: f64, unit: &'static str, center_absolute: bool } =>
-        error "arc-radii",
+    ArcRadii {
+        start_radius: f64, end_radius: f64, difference: f64, unit: &'static str,
+        place: Box<ArcPlace>, try_this: Option<String>
+    } => error "arc-radii",
         says("radius to start {start_radius:.4} {unit}, to end {end_radius:.4} {unit}, which \
-            differ by {difference:.4}"),
+            differ by {difference:.4}: {place}"),
         "The centre of an arc is not as far from its end as from its start.",
-        "Check whether I, J and K are relative to the start (G91.1) or absolute (G90.1).",
-        hint arc_format(*center_absolute);
-    ArcTooSmall { radius: f64, least: f64, unit: &'static str } => error "arc-too-small",
-        says("the arc's radius is {radius} {unit}, smaller than {least} {unit}"),
+        "Check whether I, J and K are relative to the start (G91.1) or absolute (G90.1), and their \
+            signs. The hint names a change only if the arc is right with it.",
+        hint try_this.clone();
+    ArcTooSmall { radius: f64, least: f64, unit: &'static str, place: Box<ArcPlace> } =>
+        error "arc-too-small",
+        says("the arc's radius is {radius} {unit}, smaller than {least} {unit}: {place}"),
         "The radius of an arc is too small.",
         "Replace it by a straight move.";
-    ArcRadiusShort { radius: f64, distance: f64, least: f64, unit: &'static str } =>
-        error "arc-radius-short",
+    ArcRadiusShort {
+        radius: f64, distance: f64, least: f64, unit: &'static str, place: Box<ArcPlace>,
+        try_this: Option<String>
+    } => error "arc-radius-short",
         says("radius {radius} is too small: the end is {distance:.4} {unit} away from the start, \
-            which takes at least {least:.4}"),
+            which takes at least {least:.4}: {place}"),
         "R is too small for the distance between the ends.",
         "Check R, and whether the start is where it is meant to be.",
-        hint "check R, and whether the start is where it is meant to be";
+        hint try_this.clone().or_else(|| {
+            Some("check R, and whether the start is where it is meant to be".to_owned())
+        });
     ArcSamePoint => error "arc-same-point",
         says("an arc by radius whose end is its start"),
         "An arc by radius ends where it begins.",
@@ -310,10 +368,12 @@ kinds {
         says("an arc with both R and {letter}"),
         "An arc has both R and a centre.",
         "Remove one of them.";
-    ArcOffPlane { letter: char, plane: &'static str } => error "arc-off-plane",
+    ArcOffPlane { letter: char, plane: &'static str, try_this: Option<String> } =>
+        error "arc-off-plane",
         says("{letter} in an arc of the {plane} plane"),
         "The centre of an arc has a letter outside its plane.",
-        "Select the plane (G17, G18, G19), or remove the letter.";
+        "Select the plane (G17, G18, G19), or remove the letter.",
+        hint try_this.clone();
     ArcCenterWord { letter: char } => error "arc-center-word",
         says("{letter} is missing: with absolute centres (G90.1) both are needed"),
         "An absolute centre lacks one of its letters.",
@@ -463,16 +523,24 @@ kinds {
         says("{message}"),
         "O-words are not nested as they have to be.",
         "See the message for the line that is concerned.";
+    Abort { message: String } => error "abort",
+        says("the program stops itself: {message}"),
+        "A comment `(ABORT, ...)` is reached: the program stops there, with its message.",
+        "See what the program checks before it.";
+    RunsIntoSub { name: String } => warning "runs-into-sub",
+        says("the program runs on through o{name}: nothing has ended it before"),
+        "A label without `sub` stands behind blocks that run on into it.",
+        "If it begins a subroutine, end the main program before it with M2 or M30.",
+        hint "if it begins a subroutine, end the main program before it with M2 or M30";
     UnclosedSub { name: String } => warning "unclosed-sub",
         says("subroutine o{name} is not closed; it is never called"),
         "A subroutine has no end.",
         "Add its endsub, or its M99.";
-    NoSuchSub { name: String } => error "no-such-sub",
+    NoSuchSub { name: String, near: Option<String> } => error "no-such-sub",
         says("subroutine {name} is not defined"),
         "A subroutine is called that is not defined.",
         "Define it in the program, or put its file into the folder that subroutines come from.",
-        hint "define it in the program, or put its file into the part's folder or one that \
-            subroutines are taken from (--subroutines)";
+        hint sub_hint(near);
     SubFile { name: String, message: String } => error "sub-file",
         says("the file of subroutine {name}: {message}"),
         "The file of a subroutine cannot be used.",
@@ -557,6 +625,8 @@ kinds {
 // Kinds that share the code of another one, and those of leniencies, whose rows stand in the table
 // of leniencies.
 same_codes {
+    BadSymbol { symbol: char } => (Severity::Error, "bad-character"),
+        says("{} cannot stand here", show_symbol(*.symbol));
     ReadOnlyName { name: String } => (Severity::Error, "read-only-parameter"),
         says("parameter #<{name}> cannot be set");
     CurvePoints { points: usize, order: u32 } => (Severity::Error, "curve"),

@@ -123,6 +123,8 @@ pub struct State {
     pub motion_unknown: bool,
     /// The missing feed has been reported.
     pub feed_missed: bool,
+    /// Bits of the axes whose place is not known, because a word of theirs was refused.
+    pub doubtful: u32,
 }
 
 /// Words of a canned cycle that later blocks of the same cycle reuse.
@@ -188,6 +190,7 @@ impl State {
             ended: false,
             motion_unknown: false,
             feed_missed: false,
+            doubtful: 0,
         }
     }
 

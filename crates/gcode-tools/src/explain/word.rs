@@ -2,7 +2,7 @@
 
 use super::Part;
 use lostmotion_gcode::Code;
-use lostmotion_gcode::codes::{self, CodeRow};
+use lostmotion_gcode::codes::{self, AxisUse, CodeRow, Group};
 use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::{FeedMode, State};
 use lostmotion_gcode::syntax::{Block, Keyword, Setting, Target, Text, Value, Word};
@@ -43,6 +43,9 @@ pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Ve
                 meaning: "start or end of the program".to_owned(),
             },
         ));
+    }
+    if let Some(part) = event.and_then(|event| modal_motion(block, event)) {
+        parts.push((0, part));
     }
     if let Some((_, keyword)) = block.flow {
         // An O-word line is one part: its words are arguments, not modes.
@@ -85,6 +88,36 @@ pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Ve
     // Words, settings and comments were collected by kind: back to the order of the line.
     parts.sort_by_key(|(start, _)| *start);
     parts.into_iter().map(|(_, part)| part).collect()
+}
+
+/// Letters that call for the motion mode where the line names none.
+const MOTION_LETTERS: &[u8] = b"XYZABCUVWIJK@^";
+
+/// The motion mode of an earlier block that a line goes on with, without saying it.
+fn modal_motion(block: &Block, event: &Event<'_>) -> Option<Part> {
+    let row = event.before.motion.and_then(codes::find)?;
+    let has_words = block
+        .words
+        .iter()
+        .any(|word| MOTION_LETTERS.contains(&word.letter));
+    // A code of the line may be the motion, or take the axis words itself; one that is computed
+    // cannot be told.
+    let is_own = |word: &Word| match (word.letter, row_of(word)) {
+        (b'G' | b'M', Some(row)) => row.group == Group::Motion || row.axes != AxisUse::None,
+        (b'G' | b'M', None) => true,
+        _ => false,
+    };
+    if !has_words || block.words.iter().any(is_own) {
+        return None;
+    }
+    Some(Part {
+        text: format!("({})", row.code),
+        meaning: format!(
+            "not on the line: the {} in force, {}",
+            row.group.name(),
+            row.meaning
+        ),
+    })
 }
 
 const fn flow(keyword: Keyword) -> &'static str {

@@ -19,7 +19,7 @@ pub(super) const LINTS: Lint = Lint {
 static ARC_NEARLY_FULL: LintRule = rule(
     "arc-nearly-full",
     "The ends of an arc are as near to each other as the coordinates were rounded.",
-    "By the rounding it is nearly nothing or nearly a full circle, and controls differ. Write a full circle without an end point, or leave the arc out.",
+    "By the rounding it is nearly a full circle or nearly nothing, and controls differ. Write a full circle without an end point, or leave the arc out.",
 );
 
 static ARC_NEARLY_HALF: LintRule = rule(
@@ -136,9 +136,14 @@ impl Arcs {
 }
 
 fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
-    // Ends closer than the rounding of both coordinates may be meant to be one point.
+    // Ends closer than the rounding of both coordinates may be meant to be one point. An arc that
+    // leads forwards from one to the other is as short as it looks.
     let limit = 1.5 * last_place(decimals(event));
-    if shape.chord == 0.0 || shape.chord > limit || shape.chord > 0.1 * shape.radius {
+    if shape.sweep <= PI
+        || shape.chord == 0.0
+        || shape.chord > limit
+        || shape.chord > 0.1 * shape.radius
+    {
         return;
     }
     let (unit, sweep) = (event.after.units.name(), deg(shape.sweep));

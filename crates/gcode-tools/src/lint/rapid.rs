@@ -21,16 +21,19 @@ static RAPID_PLUNGE: LintRule = rule(
 static RAPID_BELOW_SURFACE: LintRule = rule(
     "rapid-below-surface",
     "A rapid moves sideways below Z0.",
-    "Retract first, or use G1.",
+    "Retract first, or use G1. Not reported after a Z in machine coordinates (G53, G28, G30) or a new offset, until Z is programmed again: how far above the work that is, only the machine knows.",
 );
 
 /// Largest difference of coordinates that counts as rounding, program units.
 const SAME_COORDINATE: f64 = 1e-6;
 
-/// How deep feeds have cut at the present place in X and Y.
+/// How deep feeds have cut at the present place in X and Y, and whether Z is known over the work.
 #[derive(Debug, Default)]
 pub(super) struct Rapid {
     cut_z: Option<f64>,
+    /// Z was moved in machine coordinates, or an offset has changed: how far above the work that is,
+    /// only the machine knows.
+    unknown_z: bool,
 }
 
 fn moves_sideways(leg: &Leg<'_>) -> bool {
@@ -39,6 +42,20 @@ fn moves_sideways(leg: &Leg<'_>) -> bool {
 }
 
 impl Rapid {
+    /// Whether a block leaves Z at a height above the work that the program knows.
+    fn follow_z(&mut self, event: &Event<'_>, moves: bool) {
+        let words = &event.block().words;
+        let names = |letters: &[u8]| words.iter().any(|word| letters.contains(&word.letter));
+        let all_home = (has_g(event, 280) || has_g(event, 300)) && !names(b"XYZABCUVW");
+        if in_machine(event) {
+            self.unknown_z |= names(b"Z") || all_home;
+        } else if names(b"Z") && (moves || has_g(event, 920)) {
+            self.unknown_z = false;
+        } else {
+            self.unknown_z |= event.before.offsets != event.after.offsets;
+        }
+    }
+
     fn traverse(&self, leg: &Leg<'_>, event: &Event<'_>, found: &mut LintFindings) {
         let ([.., from, _, _, _, _, _, _], [.., to, _, _, _, _, _, _]) = (leg.start, leg.end);
         let unit = event.after.units.name();
@@ -55,7 +72,11 @@ impl Rapid {
                 &[("from_z", from), ("to_z", to)],
                 "go down with G1 from above the work",
             );
-        } else if to < -SAME_COORDINATE && from < -SAME_COORDINATE && moves_sideways(leg) {
+        } else if to < -SAME_COORDINATE
+            && from < -SAME_COORDINATE
+            && moves_sideways(leg)
+            && !self.unknown_z
+        {
             let message = format!("a rapid moves sideways at Z{to} {unit}, below Z0");
             found.add(
                 &RAPID_BELOW_SURFACE,
@@ -71,6 +92,7 @@ impl Rapid {
 impl Check for Rapid {
     fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         let judged = !(in_machine(event) || in_cycle(event) || is_lathe(event.after));
+        self.follow_z(event, !legs.is_empty());
         for leg in legs {
             if judged && matches!(leg.op, CanonicalOp::StraightTraverse(_)) {
                 self.traverse(leg, event, found);

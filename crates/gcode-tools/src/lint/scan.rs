@@ -38,6 +38,8 @@ pub(super) struct Scan {
     /// There are words outside subroutines.
     pub(super) has_main: bool,
     ended: bool,
+    /// A block ends the main program or a subroutine before: a label alone then begins another.
+    over: bool,
     begun: bool,
     pub(super) after_end: Option<BlockRef>,
     /// N numbers with their lines since they last began anew.
@@ -64,6 +66,7 @@ impl Scan {
             inside: None,
             has_main: false,
             ended: false,
+            over: false,
             begun: false,
             after_end: None,
             numbers: BTreeMap::new(),
@@ -127,11 +130,15 @@ impl Scan {
         if block.words.is_empty() {
             return;
         }
+        let is_return = |word: &Word| word.letter == b'M' && word.value == Value::Number(99.0);
+        let is_end =
+            |word: &Word| word.letter == b'M' && matches!(word.value, Value::Number(2.0 | 30.0));
+        self.over |= block
+            .words
+            .iter()
+            .any(|word| is_end(word) || is_return(word));
         if self.inside.is_none() {
             // A file of subroutines often ends with M2 all the same.
-            let is_end = |word: &Word| {
-                word.letter == b'M' && matches!(word.value, Value::Number(2.0 | 30.0))
-            };
             self.has_main |= !block.words.iter().all(is_end);
             if self.ended {
                 self.after_end.get_or_insert(place);
@@ -152,7 +159,8 @@ impl Scan {
                 self.numbers.clear();
                 self.inside = Some(name);
             }
-            (Keyword::Bare, Some(name)) if self.begun => {
+            // Otherwise it is the program's own number, which blocks run through.
+            (Keyword::Bare, Some(name)) if self.begun && self.over => {
                 self.subs.entry(name.clone()).or_insert(place);
                 self.numbers.clear();
                 self.inside = Some(name);

@@ -110,7 +110,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
         }
         O::SetSpindleSpeed { spindle: 0, speed } => match rest.first() {
             Some(start @ O::StartSpindle { spindle: 0, .. }) => Some(Line {
-                text: format!("{} {}", setting(start)?, word('S', *speed)),
+                text: format!("{} {}", setting(start, state)?, word('S', *speed)),
                 ops: 2,
             }),
             _ => one(word('S', *speed)),
@@ -160,7 +160,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             text: "M60".to_owned(),
             ops: 2.min(ops.len()),
         }),
-        other => one(setting(other)?),
+        other => one(setting(other, state)?),
     }
 }
 
@@ -273,7 +273,7 @@ fn numbered(spindle: u8) -> String {
 }
 
 /// The block of an operation that stands for itself.
-fn setting(op: &CanonicalOp) -> Option<String> {
+fn setting(op: &CanonicalOp, state: &State) -> Option<String> {
     use CanonicalOp as O;
     let switch = |code: &str, on: bool| format!("{code} P{}", u8::from(on));
     Some(match op {
@@ -286,16 +286,9 @@ fn setting(op: &CanonicalOp) -> Option<String> {
         O::SetMotionControlMode(PathControl::ExactPath) => "G61".to_owned(),
         O::SetMotionControlMode(PathControl::ExactStop) => "G61.1".to_owned(),
         O::UseToolLengthOffset(offset) if *offset == [0.0; 9] => "G49".to_owned(),
+        // Axes that are not named keep their offset: those of a machine without U V W stay unnamed.
         O::UseToolLengthOffset(offset) => {
-            format!(
-                "G43.1 {}",
-                "XYZABCUVW"
-                    .chars()
-                    .zip(offset)
-                    .map(|(l, v)| word(l, *v))
-                    .collect::<Vec<_>>()
-                    .join(" ")
-            )
+            format!("G43.1 {}", axes(&state.offsets.tool, offset))
         }
         O::Dwell(seconds) => format!("G4 {}", word('P', *seconds)),
         O::SelectTool(tool) => format!("T{tool}"),

@@ -138,3 +138,31 @@ fn the_text_shows_what_changes() {
         "{text}"
     );
 }
+
+#[test]
+fn a_mode_that_the_line_does_not_say_is_said() {
+    let text =
+        "G21 G90 F100\nG1 X5\nX10\nN7 G91 Y2\nG92 X0\nF200\nG2 X4 I2\nI2\nG81 Z-1 R1\nX9\nM2\n";
+    assert_eq!(
+        parts(&explained(text, 3).unwrap()),
+        [
+            "(G1) = not on the line: the motion mode in force, feed in a straight line",
+            "X10 = X to 10 mm"
+        ]
+    );
+    // After the number of the line, before its own codes.
+    assert_eq!(
+        parts(&explained(text, 4).unwrap())[..2],
+        [
+            "N7 = line number",
+            "(G1) = not on the line: the motion mode in force, feed in a straight line"
+        ]
+    );
+    let first = |line: u32| parts(&explained(text, line).unwrap())[0].clone();
+    assert!(first(8).starts_with("(G2) = "), "{}", first(8));
+    assert!(first(10).starts_with("(G81) = "), "{}", first(10));
+    // Lines that say their motion, take their words otherwise, or do not move.
+    for line in [2, 5, 6, 7, 9] {
+        assert!(!first(line).starts_with('('), "{}", first(line));
+    }
+}

@@ -47,6 +47,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "M3 S9 F100\nG1 Z-1\nG0 Z1\nX5\nM2",
     ),
     (
+        "rapid-below-surface 6",
+        "G43.1 Z50\nG53 G0 Z0\nG1 Z-2 F100 M3 S9\nG0 Z-1\nX5\nM2",
+        "G43.1 Z50\nG53 G0 Z0\nX5\nG28 Z5\nX0 Y0\nG30\nX5\nM2",
+    ),
+    (
         "arc-nearly-full 3",
         "F100 G0 X10\nG2 X10.0001 Y0.0000 I-10 J0\nM2",
         "F100 G0 X10\nG2 X10 Y0 I-10 J0\nG2 I-10\nG3 X-10 I-10\nM2",
@@ -55,6 +60,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "arc-nearly-full 3",
         "F100 G0 X10\nG3 X10 Y-0.01 I-10 J0\nM2",
         "F100 G0 X10\nG3 X9.998 Y-0.100 I-10.000 J0\nM2",
+    ),
+    (
+        "arc-nearly-full 3",
+        "F100 G0 X10\nG3 X10 Y-0.01 I-10.00 J0\nM2",
+        "F100 G0 X10\nG3 X10 Y0.01 I-10.00 J0\nG2 X11 Y0 I100 J0\nM2",
     ),
     (
         "arc-nearly-half 2",
@@ -162,6 +172,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "code-after-end 3",
         "M2\nG0 X1",
         "M98 P7\nM2\n(done)\no7\nG0 X1\nM99",
+    ),
+    (
+        "unreachable-sub 3",
+        "M2\nO9\nG0 X1\nM99",
+        "G0 X0\nO9\nG0 X1\nM2",
     ),
 ];
 

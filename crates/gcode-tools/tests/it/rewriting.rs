@@ -323,3 +323,24 @@ fn edits_leave_the_rest_alone() {
     assert_eq!(document.set_line(1, b"a\nb"), Err(EditError::SeveralLines));
     assert!(document.set_word(1, 'X', f64::NAN).is_err());
 }
+
+/// Machines without U V W refuse these words.
+#[test]
+fn a_tool_offset_is_written_for_the_axes_that_it_has() {
+    let config = InterpreterConfig::default();
+    let text = written(
+        b"G21\nG43.1 Z50\nG0 Z5\nG43.1 X2 Z0\nG0 X1\nG49\nM2\n",
+        &config,
+        1,
+    )
+    .unwrap();
+    let lines: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("G43.1"))
+        .collect();
+    assert_eq!(lines, ["G43.1 Z50", "G43.1 X2 Z0"], "{text}");
+    assert!(
+        !text.contains('U') && !text.contains('V') && !text.contains('W'),
+        "{text}"
+    );
+}

@@ -11,7 +11,7 @@ use lostmotion_base::vec::{Vec2, distance2};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Letters of the centre by axis index.
-const CENTER_LETTERS: [u8; 3] = *b"IJK";
+pub(super) const CENTER_LETTERS: [u8; 3] = *b"IJK";
 /// Most turns one block may make.
 const MOST_TURNS: f64 = 1e6;
 
@@ -29,8 +29,12 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let plane = exec.state.plane;
     let [first, second, normal] = plane.axes();
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
+    // A start that is not known, because a block before it was refused, decides nothing.
+    if exec.in_doubt([first, second]) {
+        return Ok(());
+    }
     // The centre from I, J, K or R; then limits, feed and the compensated or plain operation.
-    let center = exec.center(from, to, clockwise)?;
+    let center = exec.center(&start, &end, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     check_radius(from, center, exec.state.units, exec.config.limits.radius_mm)?;
     // In inverse time the rate is the length of the arc over the time that F gives.
@@ -99,14 +103,16 @@ impl Exec<'_> {
         .map(|number| number as i32)
     }
 
+    /// The centre of an arc between two places from the words of the block.
     pub(crate) fn center(
         &mut self,
-        from: Vec2,
-        to: Vec2,
+        start: &Position,
+        end: &Position,
         clockwise: bool,
     ) -> Result<Vec2, Problem> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
+        let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
         let words = self.words;
         let offset = |axis: usize| words.get(CENTER_LETTERS[axis]);
         let units = self.state.units;
@@ -120,19 +126,25 @@ impl Exec<'_> {
                     letter: char::from(letter),
                 });
             }
-            return center_from_radius(from, to, radius, clockwise, units);
+            return center_from_radius(from, to, radius, clockwise, units)
+                .map_err(|fault| self.arc_problem(fault, start, end));
         }
-        // An offset along the plane's normal has no meaning; CAM systems write it as zero.
-        let off_plane = offset(normal);
-        if off_plane == Some(0.0) && self.config.leniencies.has(Leniency::OffPlaneZero) {
-            self.warnings.push(Problem::Lenient {
-                leniency: Leniency::OffPlaneZero,
-            });
-        } else if off_plane.is_some() {
-            return Err(Problem::ArcOffPlane {
-                letter: char::from(CENTER_LETTERS[normal]),
-                plane: plane.name(),
-            });
+        // An offset along the plane's normal has no meaning; CAM systems write it as zero. Outside the
+        // plane that programs begin in, it and only one of the others are the pair of another plane.
+        if let Some(value) = offset(normal) {
+            let is_beside =
+                plane == Plane::Xy || offset(first).is_some() == offset(second).is_some();
+            if value == 0.0 && is_beside && self.config.leniencies.has(Leniency::OffPlaneZero) {
+                self.warnings.push(Problem::Lenient {
+                    leniency: Leniency::OffPlaneZero,
+                });
+            } else {
+                return Err(Problem::ArcOffPlane {
+                    letter: char::from(CENTER_LETTERS[normal]),
+                    plane: plane.name(),
+                    try_this: self.other_plane(start, end),
+                });
+            }
         }
         // Absolute centres (G90.1) need both words, relative ones count as zero where they are
         // missing.
@@ -161,9 +173,41 @@ impl Exec<'_> {
                 from[1] + second.unwrap_or(0.0),
             ],
         };
-        check_center(from, to, center, units, self.state.arc_absolute)?;
+        check_center(from, to, center, units)
+            .map_err(|fault| self.arc_problem(fault, start, end))?;
         Ok(center)
     }
+
+    /// Whether the start of an arc is not known where it matters: relative words shift with it, the
+    /// absolute ones of an end or a centre do not.
+    fn in_doubt(&self, plane: [usize; 2]) -> bool {
+        let named = |axis: &usize| self.axis_word(*axis).is_some();
+        plane
+            .iter()
+            .filter(|axis| self.state.doubtful & 1 << **axis != 0)
+            .any(|axis| self.state.arc_absolute || (self.state.absolute && named(axis)))
+    }
+}
+
+/// Why two ends and a centre or a radius are no arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ArcFault {
+    /// A radius below the smallest.
+    TooSmall {
+        radius: f64,
+        least: f64,
+        center: Vec2,
+    },
+    /// The ends' radii differ.
+    Radii { radii: [f64; 2], center: Vec2 },
+    /// A radius that cannot span the chord.
+    RadiusShort {
+        radius: f64,
+        distance: f64,
+        least: f64,
+    },
+    /// An arc by radius without a chord.
+    SamePoint,
 }
 
 /// Smallest radius, and by how much R may be short of half the distance (LinuxCNC: 0.00005 in).
@@ -190,17 +234,16 @@ pub(crate) fn check_center(
     end: Vec2,
     center: Vec2,
     units: Units,
-    center_absolute: bool,
-) -> Result<(), Problem> {
+) -> Result<(), ArcFault> {
     // Rounded words make the two radii differ: LinuxCNC's tolerances decide what is still an arc.
     let (start_radius, end_radius) = (distance2(center, start), distance2(center, end));
     let least = radius_tolerance(units);
     for radius in [start_radius, end_radius] {
         if radius < least {
-            return Err(Problem::ArcTooSmall {
+            return Err(ArcFault::TooSmall {
                 radius,
                 least,
-                unit: units.name(),
+                center,
             });
         }
     }
@@ -214,12 +257,9 @@ pub(crate) fn check_center(
     if difference > MOST_CENTER_TOLERANCES * tolerance
         || (difference > tolerance && relative > CENTER_TOLERANCE_RELATIVE)
     {
-        return Err(Problem::ArcRadii {
-            start_radius,
-            end_radius,
-            difference,
-            unit: units.name(),
-            center_absolute,
+        return Err(ArcFault::Radii {
+            radii: [start_radius, end_radius],
+            center,
         });
     }
     Ok(())
@@ -237,20 +277,19 @@ pub(crate) fn center_from_radius(
     radius: f64,
     clockwise: bool,
     units: Units,
-) -> Result<Vec2, Problem> {
+) -> Result<Vec2, ArcFault> {
     let chord = distance2(start, end);
     if chord == 0.0 {
-        return Err(Problem::ArcSamePoint);
+        return Err(ArcFault::SamePoint);
     }
     // The circle has to span the chord: R may be short of half of it by rounding only.
     let half = 0.5 * chord;
     let least = radius_tolerance(units);
     if half - radius.abs() > least {
-        return Err(Problem::ArcRadiusShort {
+        return Err(ArcFault::RadiusShort {
             radius,
             distance: chord,
             least: half,
-            unit: units.name(),
         });
     }
     // Height of the centre above the chord, to the side that the sign of R selects.

@@ -1,6 +1,7 @@
 //! Carrying out a block: one file per kind of action.
 
 pub(crate) mod arc;
+mod arc_hint;
 pub(crate) mod compensation;
 pub(crate) mod controls;
 pub(crate) mod corner;
@@ -12,6 +13,7 @@ pub(crate) mod offsets;
 pub(crate) mod outputs;
 pub(crate) mod registers;
 pub(crate) mod run;
+mod salvage;
 pub(crate) mod spindle;
 pub(crate) mod stop;
 pub(crate) mod straight;

@@ -215,11 +215,15 @@ impl Exec<'_> {
             }
         }
         let mut offsets = self.system_offsets(system);
-        // L2 may set the rotation with R; L20 keeps it.
-        offsets.rotation_deg = self
-            .word(b'R')
-            .filter(|_| !from_place)
-            .unwrap_or(offsets.rotation_deg);
+        // L2 may set the rotation with R; L20 keeps it, and R is refused there as in LinuxCNC.
+        if let Some(value) = self.word(b'R').filter(|_| from_place) {
+            return Err(Problem::UnusedWord {
+                letter: 'R',
+                value,
+                users: "G10 L2, which sets the rotation".to_owned(),
+            });
+        }
+        offsets.rotation_deg = self.word(b'R').unwrap_or(offsets.rotation_deg);
         if from_place {
             let place = subtract(&self.state.machine(), &self.state.offsets.tool);
             let wanted = self.with_axis_words(&offsets.to_program(&place));

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use crate::codes::{Code, whole};
+use crate::dialect::Dialect;
 use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, OutputValue, TextKind, WaitFor};
 use crate::parameters::View;
@@ -119,31 +120,49 @@ const ACTIVE_COMMENTS: [(&str, TextKind, bool); 5] = [
     ("probeopen", TextKind::Log, false),
 ];
 
+/// Prefix of the comment that stops the program.
+const ABORT: &str = "abort,";
+
+/// What follows a prefix, in any case.
+fn after_prefix<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
+    let head = text.get(..prefix.len())?;
+    head.eq_ignore_ascii_case(prefix)
+        .then(|| text.get(prefix.len()..))
+        .flatten()
+}
+
 impl Exec<'_> {
     /// Carries a comment out.
-    pub(crate) fn comment(&mut self, inside: &[u8]) {
+    ///
+    /// # Errors
+    /// `(ABORT,...)` stops the program with its message.
+    pub(crate) fn comment(&mut self, inside: &[u8]) -> Result<(), Problem> {
         let text = String::from_utf8_lossy(inside).into_owned();
         // The prefix decides, whatever its case; blanks before it do not count.
         let start = text.trim_start();
+        if let Some(message) = after_prefix(start, ABORT)
+            && self.config.dialect == Dialect::LinuxCnc
+        {
+            self.state.ended = true;
+            let message = self.fill(message.trim());
+            return Err(Problem::Abort { message });
+        }
         for (prefix, kind, fill) in ACTIVE_COMMENTS {
-            if start
-                .get(..prefix.len())
-                .is_some_and(|head| head.eq_ignore_ascii_case(prefix))
-            {
-                let rest = start.get(prefix.len()..).unwrap_or_default();
+            if let Some(rest) = after_prefix(start, prefix) {
                 let text = if fill {
                     self.fill(rest)
                 } else {
                     rest.to_owned()
                 };
                 self.emit(CanonicalOp::Text { kind, text });
-                return;
+                return Ok(());
             }
         }
         self.emit(CanonicalOp::Text {
             kind: TextKind::Comment,
             text,
         });
+        Ok(())
     }
 
     /// The text with every `#parameter` replaced by its value; what is no parameter stays as it is.

@@ -33,28 +33,41 @@ impl Exec<'_> {
         let mut next = 0;
         let mut moved = false;
         // Codes in the order of RS274/NGC's execution; F, S and T take their places between them.
-        for used in words.codes() {
-            self.words_before(&mut next, used.row.phase)?;
+        for (index, used) in words.codes().iter().enumerate() {
+            let mut result = self.words_before(&mut next, used.row.phase);
+            let mut failed_at = index;
             // Motion by mode comes before stops, as a code on the line would.
-            if !moved && used.row.phase > PHASE_MOTION {
+            if result.is_ok() && !moved && used.row.phase > PHASE_MOTION {
                 moved = true;
-                self.modal_motion()?;
+                result = self.modal_motion();
             }
-            if used.row.group == Group::Motion {
-                moved = true;
-                self.state.motion_unknown = false;
+            if result.is_ok() {
+                failed_at = index + 1;
+                if used.row.group == Group::Motion {
+                    moved = true;
+                    self.state.motion_unknown = false;
+                }
+                result = self
+                    .act(used.row)
+                    .map_err(|problem| (problem, Some(used.text)));
             }
-            self.act(used.row)
-                .map_err(|problem| (problem, Some(used.text)))?;
+            // The codes behind one that fails still set their modes.
+            if result.is_err() {
+                self.go_on_quietly(failed_at, next, moved, &[]);
+                return result;
+            }
         }
         self.words_before(&mut next, u8::MAX)?;
         if !moved {
             self.modal_motion()?;
         }
+        if self.state.doubtful != 0 {
+            self.settle();
+        }
         Ok(())
     }
 
-    fn act(&mut self, row: &'static CodeRow) -> Result<(), Problem> {
+    pub(super) fn act(&mut self, row: &'static CodeRow) -> Result<(), Problem> {
         if self.state.compensation.is_some() {
             self.under_compensation(row.code)?;
         }
@@ -91,7 +104,11 @@ impl Exec<'_> {
     }
 
     /// F, S and T that come before a phase and have not been carried out.
-    fn words_before(&mut self, next: &mut u8, phase: u8) -> Result<(), (Problem, Option<Text>)> {
+    pub(super) fn words_before(
+        &mut self,
+        next: &mut u8,
+        phase: u8,
+    ) -> Result<(), (Problem, Option<Text>)> {
         for (at, letter) in [(PHASE_F, b'F'), (PHASE_S, b'S'), (PHASE_T, b'T')] {
             if *next <= at && at < phase {
                 *next = at + 1;

@@ -92,6 +92,17 @@ impl Words {
         self.texts.get(slot(letter)).copied().unwrap_or_default()
     }
 
+    /// Whether the E word goes on with the number of another word, and would be its exponent with a
+    /// sign.
+    fn is_exponent(&self) -> bool {
+        let start = self.text(b'E').start;
+        let ends = |letter: u8| {
+            let text = self.text(letter);
+            self.has(letter) && text.len > 0 && text.start + text.len == start
+        };
+        self.accepted.has(Leniency::Exponents) && (b'A'..=b'Z').any(ends)
+    }
+
     /// Codes in the order of execution.
     pub(crate) fn codes(&self) -> &[UsedCode] {
         &self.codes
@@ -301,7 +312,14 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
         Problem::UnusedWord {
             letter: letter_char,
             value,
-            users: users(letter_char),
+            users: if letter == b'E' && words.is_exponent() {
+                format!(
+                    "{}; an exponent needs its sign (1E+3), or --dialect fanuc",
+                    users(letter_char)
+                )
+            } else {
+                users(letter_char)
+            },
         },
         Some(words.text(letter)),
     ))

@@ -2,7 +2,7 @@
 
 use super::Interpreter;
 use super::control::flow_error;
-use super::flow::{CallFrame, Record, Seek, Tape};
+use super::flow::{CallFrame, Definition, Record, Seek, Tape};
 use crate::codes::{Code, whole};
 use crate::exec::Jump;
 use crate::ops::SourcedOp;
@@ -19,12 +19,18 @@ impl Interpreter {
     pub(crate) fn subroutine(&mut self, label: String, keyword: Keyword) -> Result<(), Problem> {
         match keyword {
             Keyword::Bare if self.flow.seek.is_none() => {
-                // The program's own number is a label that nothing has come before.
-                if self.begun {
+                let called = self.flow.frames.last();
+                // As in LinuxCNC, the program runs on through a label alone, which most often is its
+                // own number.
+                if called.is_some_and(|frame| frame.body.definition == Definition::Sub) {
                     Err(flow_error(format!(
-                        "subroutine o{label} begins here, but the program has not ended before it"
+                        "o{label} stands inside a subroutine that was called by `call`; only M98 \
+                            runs through it"
                     )))
                 } else {
+                    if self.begun && called.is_none() {
+                        self.report(Problem::RunsIntoSub { name: label });
+                    }
                     Ok(())
                 }
             }
@@ -49,6 +55,7 @@ impl Interpreter {
                 for index in 0..self.block.arguments.len() {
                     arguments.push(self.argument(index)?.unwrap_or_default());
                 }
+                self.check_definition(&label, false)?;
                 self.call(label, Some(&arguments), 1)
             }
             // The label of a return is often that of the branch it stands in.
@@ -76,6 +83,21 @@ impl Interpreter {
             .put_global(b"_value_returned", if value.is_some() { 1.0 } else { 0.0 });
         self.parameters
             .put_global(b"_value", value.unwrap_or_default());
+    }
+
+    /// Refuses to call a subroutine in the other style, as LinuxCNC does: `sub` by M98, whose
+    /// `endsub` would not end it, or a label by `call`.
+    fn check_definition(&self, name: &str, by_m98: bool) -> Result<(), Problem> {
+        let definition = self.flow.subs.get(name).map(|body| body.definition);
+        match definition {
+            Some(Definition::Sub) if by_m98 => Err(flow_error(format!(
+                "o{name} is defined by `o{name} sub`: M98 cannot call it, `o{name} call` does"
+            ))),
+            Some(Definition::Label) if !by_m98 => Err(flow_error(format!(
+                "o{name} begins with a label alone: `call` cannot call it, M98 P{name} does"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Calls a subroutine; without arguments it shares the caller's #1 to #30. Looks further on if
@@ -137,7 +159,10 @@ impl Interpreter {
     /// Carries out what M98 or M99 asked for.
     pub(crate) fn jump(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         match self.jump.take() {
-            Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
+            Some(Jump::Call { name, rounds }) => {
+                self.check_definition(&name, true)?;
+                self.call(name, None, rounds)
+            }
             Some(Jump::Profile(turning)) => self.begin_profile(*turning),
             Some(Jump::Return) if self.flow.frames.is_empty() => {
                 self.report(Problem::EndlessMain);
@@ -168,7 +193,7 @@ impl Interpreter {
                 self.flow.at -= 1;
                 return Ok(());
             }
-            return Err(Problem::NoSuchSub { name });
+            return Err(Problem::NoSuchSub { name, near: None });
         }
         // Step back to the calling line, which runs again once the definition has been found.
         self.flow.at -= 1;
@@ -238,7 +263,12 @@ impl Interpreter {
             self.flow.record = None;
             return Err(flow_error(message));
         }
-        if let Some(record) = self.flow.record.take_if(|_| ends) {
+        if let Some(mut record) = self.flow.record.take_if(|_| ends) {
+            record.body.definition = if record.bare {
+                Definition::Label
+            } else {
+                Definition::Sub
+            };
             if self
                 .flow
                 .seek
@@ -331,8 +361,9 @@ impl Interpreter {
                 Some((label, Keyword::EndSub))
                     if open.as_ref().map(|(open, _)| open) == name(label).as_ref() =>
                 {
-                    if let Some((name, body)) = open.take() {
+                    if let Some((name, mut body)) = open.take() {
                         defined = true;
+                        body.definition = Definition::Sub;
                         self.flow.subs.entry(name).or_insert_with(|| Arc::new(body));
                     }
                 }

@@ -152,12 +152,26 @@ impl Flow {
     }
 }
 
+/// How a subroutine is defined, which decides how it is called.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Definition {
+    /// A file without a definition of its own: called in either way.
+    #[default]
+    File,
+    /// From a label alone to M99: called by M98.
+    Label,
+    /// From `sub` to `endsub`: called by `call`.
+    Sub,
+}
+
 /// What a line takes beside its bytes.
 const LINE_OVERHEAD_BYTES: usize = 32;
 
 /// Lines of source in one buffer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
+    /// How the subroutine whose body this is was defined.
+    pub(crate) definition: Definition,
     bytes: Vec<u8>,
     lines: Vec<(Place, usize, usize)>,
 }

@@ -1,11 +1,12 @@
 //! One step: fetch a line, parse it, carry it out.
 
 use super::flow::{Record, Tape};
+use super::salvage::Stage;
 use super::{Interpreter, Percent, Step};
-use crate::codes::{self, AxisUse, Code, Group, whole};
+use crate::codes::whole;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};
+use crate::syntax::{Block, Keyword, Label, Text, parse_block};
 use lostmotion_base::span::Span;
 
 impl Interpreter {
@@ -24,9 +25,10 @@ impl Interpreter {
         let before = out.len();
         self.executed += 1;
         // Parse and carry out; a refused block leaves its motion mode to those that follow.
+        (self.stage, self.fault) = (Stage::Read, None);
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
-            self.salvage();
+            self.salvage(out);
             self.spoil_profile();
         }
         if self.config.dialect.is_fanuc() && !self.is_passing() {
@@ -53,29 +55,6 @@ impl Interpreter {
         Step::Ran
     }
 
-    /// Takes the motion mode from a refused block, so that the blocks after it are judged as they
-    /// were meant.
-    fn salvage(&mut self) {
-        for word in self.block.words.iter().filter(|word| word.letter == b'G') {
-            // Only literal codes can be told without evaluating anything.
-            let Value::Number(number) = word.value else {
-                continue;
-            };
-            let Some(code) = Code::of('G', number) else {
-                continue;
-            };
-            match codes::find(code) {
-                Some(row) if row.group == Group::Motion && row.axes != AxisUse::None => {
-                    self.state.motion = Some(code);
-                    self.state.motion_unknown = false;
-                }
-                // An unknown code may have been a motion mode: later axis words are not blamed.
-                None => self.state.motion_unknown = true,
-                _ => {}
-            }
-        }
-    }
-
     /// Brings the next line into `self.line`.
     fn fetch(&mut self) -> bool {
         // A search reads the main program without moving its own place.
@@ -98,6 +77,11 @@ impl Interpreter {
     }
 
     pub(crate) fn place_and_report(&mut self, problem: Problem, text: Option<Text>) {
+        // A name whose setting was refused has been told there.
+        if self.follows(&problem) {
+            return;
+        }
+        let problem = self.with_near_name(problem);
         self.report_at(
             problem,
             text.map_or(self.span, |text| self.place.span(text)),
@@ -148,15 +132,7 @@ impl Interpreter {
                     .map(|_| ())
                     .map_err(|problem| (problem, None));
             }
-            // Faults count from the line's end, places from its start.
-            let start = (self.line.len() - fault.rest.min(self.line.len())) as u32;
-            return Err((
-                *fault.problem,
-                Some(Text {
-                    start,
-                    len: u32::from(fault.rest > 0),
-                }),
-            ));
+            return Err(self.fault_found(fault));
         }
         if self.block.percent {
             return self.percent_line().map_err(|problem| (problem, None));
@@ -172,9 +148,7 @@ impl Interpreter {
             self.note_program();
         }
         match self.block.flow {
-            Some((label, keyword)) => self
-                .flow_line(label, keyword, out)
-                .map_err(|problem| (problem, None)),
+            Some((label, keyword)) => self.flow_line(label, keyword, out),
             // The N number that M97 named: recorded from here to its M99.
             None if self.seeks_line() => {
                 let name = self
@@ -228,28 +202,32 @@ impl Interpreter {
         Ok(())
     }
 
-    fn flow_line(
+    pub(super) fn flow_line(
         &mut self,
         label: Label,
         keyword: Keyword,
         out: &mut Vec<SourcedOp>,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), (Problem, Option<Text>)> {
+        let unplaced = |problem| (problem, None);
         // While lines are passed over, parameters of a label need not have values yet.
         let label = match self.label(label) {
             Err(_) if self.is_passing() => String::new(),
-            label => label?,
+            label => label.map_err(unplaced)?,
         };
         if self.flow.skip.is_some() {
-            return self.while_skipping(&label, keyword);
+            return self.while_skipping(&label, keyword).map_err(unplaced);
         }
-        if self.recording(Some((&label, keyword)), false)? {
+        if self
+            .recording(Some((&label, keyword)), false)
+            .map_err(unplaced)?
+        {
             return Ok(());
         }
         // While a subroutine is looked for, only definitions count.
         if let Some(seek) = &self.flow.seek {
             let wanted = seek.name == label || keyword == Keyword::Sub;
             return if wanted && matches!(keyword, Keyword::Sub | Keyword::Bare) {
-                self.subroutine(label, keyword)
+                self.subroutine(label, keyword).map_err(unplaced)
             } else {
                 Ok(())
             };
@@ -258,14 +236,15 @@ impl Interpreter {
             self.program_number = label.parse().unwrap_or(0.0);
         }
         // Comments of O-lines are carried out like those of other lines.
-        self.run_comment(out);
-        match keyword {
+        self.run_comment(out)?;
+        let result = match keyword {
             Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword, out),
             Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => {
                 self.subroutine(label, keyword)
             }
             _ => self.control(label, keyword),
-        }
+        };
+        result.map_err(unplaced)
     }
 
     /// The name of a label; numbers are evaluated.

@@ -12,6 +12,7 @@ mod lines;
 mod profile;
 mod quick;
 mod run;
+mod salvage;
 
 use crate::codes::CodeRow;
 use crate::config::InterpreterConfig;
@@ -32,6 +33,7 @@ use crate::tool_table::ToolTable;
 use flow::Flow;
 use lostmotion_base::span::{BlockRef, Span};
 use lostmotion_base::units::deg;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// State of the interpreter after a step.
@@ -108,6 +110,12 @@ pub struct Interpreter {
     modal_macro: Option<dialects::ModalMacro>,
     /// The profile of a turning cycle that is being read.
     profile: Option<Box<profile::Collecting>>,
+    /// How far the current block has come.
+    stage: salvage::Stage,
+    /// Byte of the current line where its fault was found.
+    fault: Option<usize>,
+    /// Parameters whose setting was refused: `#5`, `#<name>`.
+    refused_settings: BTreeSet<String>,
 }
 
 impl Interpreter {
@@ -211,6 +219,9 @@ impl Interpreter {
             special,
             modal_macro: None,
             profile: None,
+            stage: salvage::Stage::Read,
+            fault: None,
+            refused_settings: BTreeSet::new(),
         }
     }
 

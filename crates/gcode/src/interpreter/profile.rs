@@ -138,7 +138,8 @@ impl Interpreter {
         let (from, to) = ([z, x], to);
         let mut ignored = Vec::new();
         let mut exec = self.exec(&mut ignored);
-        let mut end = exec.state.current;
+        let start = exec.state.current;
+        let mut end = start;
         (end[2], end[0]) = (to[0], to[1]);
         exec.check_target(&end).map_err(unplaced)?;
         // Geometry in the plane of Z and X, checked like any other move.
@@ -149,7 +150,7 @@ impl Interpreter {
                 Piece::arc(
                     from,
                     to,
-                    exec.center(from, to, clockwise).map_err(unplaced)?,
+                    exec.center(&start, &end, clockwise).map_err(unplaced)?,
                     !clockwise,
                 )
             }

@@ -27,6 +27,7 @@ fn is_plain(state: &State) -> bool {
         && state.nurbs.is_none()
         && state.corner.is_none()
         && !state.motion_unknown
+        && state.doubtful == 0
 }
 
 /// What the words of such a block say.
@@ -187,7 +188,6 @@ impl Interpreter {
             [said.end[first], said.end[second]],
             center,
             state.units,
-            false,
         )
         .ok()?;
         check_radius(from, center, state.units, self.config.limits.radius_mm).ok()?;

@@ -2,6 +2,7 @@
 
 use super::Interpreter;
 use super::dialects::{Line, builders_words};
+use super::salvage::Stage;
 use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::exec::words::check;
@@ -13,19 +14,23 @@ use lostmotion_base::span::BlockRef;
 
 impl Interpreter {
     /// The comment of the current block.
-    pub(crate) fn run_comment(&mut self, out: &mut Vec<SourcedOp>) {
+    pub(crate) fn run_comment(
+        &mut self,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), (Problem, Option<Text>)> {
         let Some(text) = self.block.comment else {
-            return;
+            return Ok(());
         };
         let from = text.start as usize;
         // The line is lent out, because executing borrows the interpreter.
         let inside = std::mem::take(&mut self.line);
-        self.exec(out).comment(
+        let result = self.exec(out).comment(
             inside
                 .get(from..from + text.len as usize)
                 .unwrap_or_default(),
         );
         self.line = inside;
+        result.map_err(|problem| (problem, Some(text)))
     }
 
     pub(crate) fn exec<'a>(&'a mut self, out: &'a mut Vec<SourcedOp>) -> Exec<'a> {
@@ -53,6 +58,8 @@ impl Interpreter {
     ) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
         self.note_habits();
+        // The codes of the block before are not this one's.
+        self.words.clear();
         // 1. The fast path: plain moves without anything special in force.
         if self.quick_move(out) {
             return Ok(());
@@ -85,11 +92,12 @@ impl Interpreter {
         }
         // 3. Parameters are set before any code is carried out.
         self.apply_settings(out)?;
+        self.stage = Stage::Set;
         self.warn();
         if self.profile.is_some() {
             return self.profile_line();
         }
-        self.run_comment(out);
+        self.run_comment(out)?;
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
         }
@@ -101,6 +109,7 @@ impl Interpreter {
             check(&mut self.words, &self.state)?;
         }
         // 5. Carry the codes out by phase, then go where M98, M99 or a turning cycle sends the program.
+        self.stage = Stage::Run;
         let result = self.exec(out).run();
         self.warn();
         result?;
@@ -226,7 +235,7 @@ impl Interpreter {
     }
 
     /// Number of the parameter (0 for a named one) and its new value.
-    fn setting_value(&mut self, setting: Setting) -> Result<(f64, f64), Problem> {
+    pub(super) fn setting_value(&mut self, setting: Setting) -> Result<(f64, f64), Problem> {
         let number = match setting.target {
             Target::Numbered(number) => self.value(number)?,
             Target::Named(_) => 0.0,
@@ -235,13 +244,13 @@ impl Interpreter {
     }
 
     /// Reports what the block only warns about.
-    fn warn(&mut self) {
+    pub(super) fn warn(&mut self) {
         // Reads are noted by the parameters and told once the block is evaluated.
         if std::mem::take(&mut self.parameters.vacant_read) {
             self.tell(Leniency::Vacant);
         }
         if let Some(number) = self.parameters.unset_read.take() {
-            self.report(Problem::UnsetParameter { number });
+            self.place_and_report(Problem::UnsetParameter { number }, None);
         }
         self.warn_of_variables();
         while let Some(problem) = self.warnings.pop() {

@@ -201,6 +201,12 @@ impl Parameters {
             || (name.first() == Some(&b'_') && system_name(name, state).is_some())
     }
 
+    /// The names that have been set and can be read here.
+    pub(crate) fn visible_names(&self) -> impl Iterator<Item = &[u8]> {
+        let locals = self.scopes.last().into_iter().flat_map(Names::keys);
+        locals.chain(self.globals.keys()).map(|name| &**name)
+    }
+
     fn name(&self, name: &[u8]) -> Option<f64> {
         let table = if name.first() == Some(&b'_') {
             Some(&self.globals)

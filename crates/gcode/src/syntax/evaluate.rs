@@ -110,7 +110,7 @@ fn unknown(name: &[u8]) -> Problem {
     if outside {
         Problem::HalValue { name }
     } else {
-        Problem::UnknownParameter { name }
+        Problem::UnknownParameter { name, near: None }
     }
 }
 

@@ -23,6 +23,7 @@ pub mod number;
 pub mod parse;
 pub(crate) mod special;
 pub mod tokens;
+pub(crate) mod typo;
 
 pub use block::Fault;
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};

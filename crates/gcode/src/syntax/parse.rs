@@ -61,6 +61,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
             b'o' | b'O' if block.words.is_empty() && block.settings.is_empty() => {
                 let (after, ()) = flow_line(
                     rest.get(1..).unwrap_or_default(),
+                    line.len(),
                     block,
                     limits.expression_depth,
                 )?;
@@ -212,6 +213,64 @@ pub(crate) fn word<'a>(
     Ok((rest, ()))
 }
 
+/// Words behind a fault at a byte of the line, in so far as they can be told: what a faulty line says
+/// all the same. Comments and O-words end them.
+#[cold]
+pub(crate) fn words_behind(
+    line: &[u8],
+    item: usize,
+    at: usize,
+    block: &mut Block,
+    limits: &Limits,
+) {
+    let text = |from: usize, to: usize| line.get(from..to).unwrap_or_default();
+    // A fault inside brackets is over where they close.
+    let depth = |bytes: &[u8]| {
+        bytes.iter().fold(0_i32, |depth, byte| match byte {
+            b'[' => depth + 1,
+            b']' => depth - 1,
+            _ => depth,
+        })
+    };
+    let mut open = depth(text(item, at)).max(0);
+    let mut next = at;
+    // A letter right behind one without its number begins the next word.
+    let after_letter = text(item, at).last().is_some_and(u8::is_ascii_alphabetic);
+    while open > 0 || next < line.len() {
+        let Some(&byte) = line.get(next) else { return };
+        match byte {
+            b'[' => open += 1,
+            b']' => open -= 1,
+            b'(' | b';' if open <= 0 => return,
+            b' ' | b'\t' if open <= 0 => break,
+            // Words without blanks between them: the next one begins with a letter, but O may be a
+            // mistaken 0.
+            _ if open <= 0
+                && (next > at || after_letter)
+                && byte.is_ascii_alphabetic()
+                && !matches!(byte, b'o' | b'O') =>
+            {
+                break;
+            }
+            _ => {}
+        }
+        next += 1;
+    }
+    let mut rest = line.get(next..).unwrap_or_default();
+    loop {
+        rest = skip(rest);
+        let is_letter = rest.first().is_some_and(u8::is_ascii_alphabetic);
+        if !is_letter || block.words.len() >= limits.words {
+            return;
+        }
+        let place = line.len() - rest.len();
+        match word(rest, place, block, limits) {
+            Ok((after, ())) => rest = after,
+            Err(_) => return,
+        }
+    }
+}
+
 /// Names the letter whose number is missing.
 #[cold]
 fn missing(fault: Err<Fault>, letter: u8) -> Err<Fault> {
@@ -329,21 +388,51 @@ const KEYWORDS: [(&[u8], Keyword); 15] = [
     (b"if", Keyword::If),
 ];
 
-/// The rest of an O-line after its O; `line` is the whole line, for the places of names.
-pub(crate) fn flow_line<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, ()> {
+/// The rest of an O-line after its O; the line has `length` bytes, for the places of comments.
+pub(crate) fn flow_line<'a>(
+    input: &'a [u8],
+    length: usize,
+    block: &mut Block,
+    limit: usize,
+) -> Parsed<'a, ()> {
     let (rest, label) = label(skip(input), block, limit)?;
     let (mut rest, keyword) = keyword(skip(rest))?;
     block.flow = Some((label, keyword));
-    while let [b'[', ..] = skip(rest) {
+    while let Some(at) = argument(rest, length, keyword, block) {
         // A call may set #1 to #30.
         if block.arguments.len() >= limit.max(30) {
-            return fail(rest, Problem::TooManyWords { limit });
+            return fail(at, Problem::TooManyWords { limit });
         }
-        let (after, value) = bracket_value(rest, &mut PostfixCode::of(block, limit))?;
+        let (after, value) = bracket_value(at, &mut PostfixCode::of(block, limit))?;
         block.arguments.push(value);
         rest = after;
     }
     Ok((rest, ()))
+}
+
+/// Where the next argument of an O-line begins; `None` if there is none. Comments may stand before
+/// the arguments of a call, as in LinuxCNC.
+fn argument<'a>(
+    input: &'a [u8],
+    length: usize,
+    keyword: Keyword,
+    block: &mut Block,
+) -> Option<&'a [u8]> {
+    let (mut rest, mut comment) = (skip(input), None);
+    while let (Keyword::Call, [b'(', ..]) = (keyword, rest) {
+        // A comment that is not closed, or that ends the line, is the line's own.
+        let (after, inside) = parenthesis(rest).ok()?;
+        comment = Some(Text {
+            start: (length - rest.len()) as u32 + 1,
+            len: inside.len() as u32,
+        });
+        rest = skip(after);
+    }
+    if rest.first() != Some(&b'[') {
+        return None;
+    }
+    block.comment = comment.or(block.comment);
+    Some(rest)
 }
 
 fn label<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, Label> {

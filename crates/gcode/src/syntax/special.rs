@@ -107,7 +107,8 @@ impl<'a> Reader<'a> {
         if let [b':', after @ ..] = skip(rest)
             && self.take(Leniency::ColonNumbers)
         {
-            let (after, ()) = flow_line(after, block, self.limits.expression_depth)?;
+            let (after, ()) =
+                flow_line(after, self.line.len(), block, self.limits.expression_depth)?;
             return self.flow_end(after);
         }
         // Control flow and text commands take the whole line; otherwise it is a list of items.

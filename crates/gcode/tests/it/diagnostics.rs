@@ -126,7 +126,7 @@ fn an_arc_says_its_radii_and_what_may_be_meant() {
     let text = diagnostics.kept()[0].to_string();
     assert_eq!(
         text,
-        "error[arc-radii]: line 2, column 1: radius to start 5.0000 mm, to end 5.0600 mm, which differ by 0.0600 (did you mean G90.1, absolute arc centres?)"
+        "error[arc-radii]: line 2, column 1: radius to start 5.0000 mm, to end 5.0600 mm, which differ by 0.0600: from X0 Y0 to X10.06 Y0 about X5 Y0 (the nearest centre with equal radii is I5.03 J0)"
     );
 }
 

@@ -74,7 +74,11 @@ fn json_has_code_place_values_hint_and_calls() {
     );
     assert_eq!(arc["values"]["start_radius"], 5.0);
     assert!((arc["values"]["end_radius"].as_f64().unwrap() - 5.06).abs() < 1e-9);
-    assert_eq!(arc["hint"], "did you mean G90.1, absolute arc centres?");
+    assert_eq!(
+        arc["hint"],
+        "the nearest centre with equal radii is I5.03 J0"
+    );
+    assert_eq!(arc["values"]["place"]["end"][0], 10.06);
     assert_eq!(
         (&arc["calls"][0]["sub"], &arc["calls"][0]["span"]["line"]),
         (&"bad".into(), &5.into())
