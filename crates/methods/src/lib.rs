@@ -33,9 +33,12 @@ pub mod shaft;
 mod strokes;
 mod traverse;
 
-pub use lostmotion_drive::{AxisOutput, Setpoint};
+pub use lostmotion_drive::{AxisOutput, AxisStart, Setpoint};
 pub use observed::Observed;
-pub use registry::{Method, MethodId, Registered, Settings, UnknownMethod, build_runner, run_with};
+pub use registry::{
+    Method, MethodId, Registered, Settings, UnknownMethod, build_runner, build_runner_from,
+    run_with,
+};
 pub use shaft::{ShaftEstimate, ShaftEstimator, ShaftState};
 
 use lostmotion_drive::config::check::AxisConfigError;

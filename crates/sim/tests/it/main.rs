@@ -12,6 +12,7 @@ mod bow;
 mod bow_kept;
 mod cycles;
 mod five_axis;
+mod gap_bound;
 mod gantry;
 mod import;
 mod import_kinematics;
