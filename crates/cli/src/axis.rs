@@ -4,6 +4,7 @@ use crate::fits::{FitResult, SCHEMA, rad_per_unit};
 use crate::input;
 use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
 use crate::options::methods;
+use crate::options::start::Start;
 use crate::output::{self, DONE, Failure};
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::analysis::CycleDetector;
@@ -12,7 +13,7 @@ use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
-use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner};
+use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner_from};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{
     AxisTraceWriter, SetpointReader, SetpointSource, read_log, read_motor_log,
@@ -34,7 +35,8 @@ pub(crate) enum AxisCommand {
 #[derive(Debug, Args)]
 pub(crate) struct RunAxis {
     /// CSV with the columns t_s and position, a row a command cycle; velocity and acceleration
-    /// where the interpolator needs them
+    /// where the interpolator needs them; load_force_n (load_torque_nm of an axis that turns), a
+    /// force on the load against the positive direction, held from its row to the next
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) setpoints: PathBuf,
     /// Axis: a name from `machine list`, or a file with the tables of one axis
@@ -57,6 +59,8 @@ pub(crate) struct RunAxis {
     /// CSV to write, a row a servo tick
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) begins: Start,
     #[command(flatten)]
     pub(crate) cycles: Cycles,
 }
@@ -118,14 +122,15 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     // A trace shows all that can be estimated; the estimator changes nothing of the motion.
     config.compensation.estimate_shaft = true;
     check_unit(args, &config, &setpoints)?;
-    // The axis begins at rest at the first setpoint: a jump there would be the table's, not the
-    // axis'.
+    // The axis begins at the first setpoint, at rest unless told otherwise: a jump there would be
+    // the table's, not the axis'.
     let first = setpoints.next().transpose()?.unwrap_or_default();
+    let (config, start) = args.begins.of(config, first.position)?;
     let method: MethodId = args
         .method
         .parse()
         .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
-    let mut runner = build_runner(&config, method, first.position)
+    let mut runner = build_runner_from(&config, method, &start)
         .map_err(|error| Failure::message(error.to_string()))?;
     // Samples are in radians of the motor; people read the axis' unit at the load.
     let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
@@ -234,12 +239,25 @@ fn push(
         .map_err(|error| Failure::message(error.to_string()))
 }
 
-/// Refuses a position column that has another unit than the axis.
+/// Refuses a position column, or one of the force on the load, that has another unit than the axis.
 fn check_unit(
     args: &RunAxis,
     config: &AxisConfig,
     setpoints: &SetpointReader<impl Read>,
 ) -> Result<(), Failure> {
+    if let Some((column, suits)) = setpoints.load_force(config.unit())
+        && column != suits
+    {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: axis \"{}\" is in {} and has no `{column}`",
+                args.setpoints.display(),
+                args.axis,
+                config.unit().symbol()
+            ),
+            format!("call the column {suits}"),
+        ));
+    }
     match setpoints.unit() {
         Some(unit) if unit != config.unit() => Err(Failure::message(format!(
             "{}: the positions are in {}, but axis \"{}\" is in {}",

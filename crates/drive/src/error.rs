@@ -15,6 +15,16 @@ pub enum AxisError {
         /// The value given.
         value: f64,
     },
+    /// A speed or a wind-up to begin with that no axis has.
+    #[error("the {what} at the start is {value}; it has to be from -{highest:.6} to {highest:.6}")]
+    Start {
+        /// motor velocity, load velocity or wind-up.
+        what: &'static str,
+        /// The value given, in the axis' unit.
+        value: f64,
+        /// The largest magnitude allowed.
+        highest: f64,
+    },
     /// A setpoint that is not a finite number.
     #[error("setpoint {tick}: its {what} is {value}; it has to be a finite number")]
     SetpointNotFinite {

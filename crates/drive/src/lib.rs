@@ -27,6 +27,7 @@ pub mod runner;
 pub mod servo;
 pub mod signal;
 mod sim;
+mod start;
 pub mod tied;
 pub mod twin;
 
@@ -37,5 +38,6 @@ pub use error::AxisError;
 pub use runner::{AxisOutput, AxisRunner, CurrentLoop, Monitored, Seen, TwinStep};
 pub use signal::{AxisSample, Correction, Engagement, Reference, Setpoint, Signals};
 pub use sim::{AxisSim, AxisState};
+pub use start::AxisStart;
 pub use tied::{Tie, TiedAxes};
 pub use twin::Twinned;

@@ -91,6 +91,8 @@ pub struct AxisSample {
     pub current: f64,
     /// Motor torque, N m.
     pub torque: f64,
+    /// Torque of the shaft on the load, N m.
+    pub shaft_torque: f64,
     /// Which flank is in contact.
     pub engagement: Engagement,
     /// The compensator's estimate of theta_M - theta_L, rad; NaN if it makes none.

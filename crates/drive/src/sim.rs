@@ -3,11 +3,12 @@
 use crate::compensator::{Compensator, MethodInfo};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
-use crate::plant::{Drifting, Plant, PlantParams, PlantState};
+use crate::plant::{Drifting, Plant, PlantParams, PlantStart, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Correction, Reference, Setpoint, Signals};
+use crate::start::AxisStart;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -74,14 +75,37 @@ impl<C: Compensator> AxisSim<C> {
     /// Standing still with the motor at a position in the axis' unit. The description has to be
     /// checked before.
     pub fn new<S>(config: &AxisConfig<S>, compensator: C, start_position: f64) -> AxisSim<C> {
+        AxisSim::begin(config, compensator, &AxisStart::at(start_position))
+    }
+
+    /// Beginning as told. The description has to be checked before, and the start against it.
+    pub fn begin<S>(config: &AxisConfig<S>, compensator: C, start: &AxisStart) -> AxisSim<C> {
         let factor = config.transmission.motor_rad_per_unit();
-        let start_rad = start_position * factor;
-        let params = PlantParams::new(config);
-        let (spline, servo) = (Spline::new(config), Servo::new(config));
+        let start_rad = start.position * factor;
+        let mut params = PlantParams::new(config);
+        let (spline, mut servo) = (Spline::new(config), Servo::new(config));
+        if start.drive_off {
+            // an open winding: the back-EMF drives no current, and the drive sets no voltage
+            params.back_emf_v_s_per_rad = 0.0;
+            servo = servo.switched_off();
+        }
         // the plant first: the drive starts with the current that holds it
-        let plant = PlantState::at_rest(&params, start_rad, config.start_in_gap.0);
+        let rest = PlantState::at_rest(&params, start_rad, config.start_in_gap.0);
+        let plant = if *start == AxisStart::at(start.position) {
+            rest
+        } else {
+            rest.set_going(
+                &params,
+                &PlantStart {
+                    motor_velocity: start.motor_velocity * factor,
+                    load_velocity: start.load_velocity * factor,
+                    wind_up: start.wind_up.map(|wind_up| wind_up * factor),
+                    drive_off: start.drive_off,
+                },
+            )
+        };
         let state = AxisState {
-            spline: spline.initial(start_position),
+            spline: spline.initial(start.position),
             servo: servo.initial(&plant, start_rad),
             plant,
             compensator: compensator.initial(start_rad),
@@ -146,6 +170,7 @@ impl<C: Compensator> AxisSim<C> {
             .push(reference.position * model.units_per_motor_rad);
         if let Some(trace) = &mut out.trace {
             let plant = &state.plant;
+            let present = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
             trace.push(AxisSample {
                 reference,
                 motor_position: plant.motor_position(),
@@ -154,6 +179,7 @@ impl<C: Compensator> AxisSim<C> {
                 load_velocity: plant.load_velocity,
                 current: plant.current_q,
                 torque: model.plant.params().torque_constant_nm_per_a * plant.current_q,
+                shaft_torque: present.torque_on_load(plant),
                 engagement: plant.engagement(),
                 gap_angle_estimate: correction.gap_angle_estimate,
                 inertia_estimate: correction.inertia_estimate,

@@ -157,6 +157,8 @@ impl Twin {
         next: &Reference,
         load: &LoadModel,
     ) {
+        // a drive's mean current is of one servo period
+        state.servo.current.sum = 0.0;
         // the axis' own cascade, uncorrected
         let measured = self.servo.measure(&mut state.servo, &state.plant);
         self.servo.command(

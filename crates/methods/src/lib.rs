@@ -32,9 +32,10 @@ mod strokes;
 mod told;
 mod traverse;
 
-pub use lostmotion_drive::{AxisOutput, Setpoint};
+pub use lostmotion_drive::{AxisOutput, AxisStart, Setpoint};
 pub use registry::{
-    Method, MethodId, Registered, Settings, UnknownMethod, build_misled, build_runner, run_with,
+    Method, MethodId, Registered, Settings, UnknownMethod, build_misled, build_runner,
+    build_runner_from, run_with,
 };
 pub use shaft::{Observed, ShaftEstimate, ShaftEstimator, ShaftState};
 pub use told::{Misled, Told};

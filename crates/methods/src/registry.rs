@@ -5,7 +5,7 @@ use crate::{AxisConfig, METHODS, NAMES};
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::check::AxisConfigError;
 use lostmotion_drive::config::{Gap, Transmission};
-use lostmotion_drive::{AxisError, AxisRunner, AxisSim, Compensator, MethodInfo};
+use lostmotion_drive::{AxisError, AxisRunner, AxisSim, AxisStart, Compensator, MethodInfo};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
 use std::str::FromStr;
@@ -59,8 +59,8 @@ pub struct Method {
     needs_fit: bool,
     closes_on_load: bool,
     suits: fn(&AxisConfig) -> Result<(), AxisConfigError>,
-    /// The axis, what the method is told of it, and where it stands.
-    build: fn(&AxisConfig, &AxisConfig, f64) -> Box<dyn AxisRunner>,
+    /// The axis, what the method is told of it, and how it begins.
+    build: fn(&AxisConfig, &AxisConfig, &AxisStart) -> Box<dyn AxisRunner>,
 }
 
 impl Method {
@@ -240,7 +240,39 @@ pub fn build_runner(
     method: MethodId,
     start_position: f64,
 ) -> Result<Box<dyn AxisRunner>, AxisError> {
-    build_misled(config, config, method, start_position)
+    build_runner_from(config, method, &AxisStart::at(start_position))
+}
+
+/// An axis with a registered method that begins as told: moving, wound up, with its drive off.
+///
+/// ```
+/// use lostmotion_methods::{AxisConfig, AxisOutput, AxisStart, MethodId, Setpoint, build_runner_from};
+///
+/// // Let go, and the shaft wound up by 0.01 rad: what one end wins of momentum the other loses.
+/// let start = AxisStart { wind_up: Some(0.01), drive_off: true, ..AxisStart::at(0.0) };
+/// let config = AxisConfig::paper().without_gap();
+/// let mut axis = build_runner_from(&config, MethodId::NONE, &start)?;
+/// let mut out = AxisOutput::new(true);
+/// axis.push(&[Setpoint::moving(0.0, 0.0, 0.0)], &mut out)?;
+/// let trace = out.trace.unwrap();
+/// assert!(trace[0].shaft_torque > 0.0 && trace[1].current == 0.0);
+/// assert!(trace[1].motor_velocity < 0.0);
+/// # Ok::<(), lostmotion_drive::AxisError>(())
+/// ```
+///
+/// # Errors
+/// A description that makes no sense or that the method does not suit, a start that the axis cannot
+/// have.
+pub fn build_runner_from(
+    config: &AxisConfig,
+    method: MethodId,
+    start: &AxisStart,
+) -> Result<Box<dyn AxisRunner>, AxisError> {
+    // the description first: methods rely on checked values
+    config.check()?;
+    method.suits(config)?;
+    start.check(config)?;
+    Ok((method.0.build)(config, config, start))
 }
 
 /// As [`build_runner`], of a drive that was told another axis than it moves: the method is made
@@ -268,8 +300,9 @@ pub fn build_misled(
     config.check()?;
     told.check()?;
     method.suits(told)?;
-    finite(start_position)?;
-    Ok((method.0.build)(config, told, start_position))
+    let start = AxisStart::at(start_position);
+    start.check(config)?;
+    Ok((method.0.build)(config, told, &start))
 }
 
 /// An axis with your own compensator: the counterpart of [`build_runner`] for types
@@ -313,26 +346,22 @@ pub fn run_with<C: Compensator>(
     start_position: f64,
 ) -> Result<Box<dyn AxisRunner>, AxisError> {
     config.check()?;
-    finite(start_position)?;
-    Ok(boxed(config, compensator, start_position))
+    let start = AxisStart::at(start_position);
+    start.check(config)?;
+    Ok(boxed(config, compensator, &start))
 }
 
-fn finite(start_position: f64) -> Result<(), AxisError> {
-    if start_position.is_finite() {
-        return Ok(());
-    }
-    Err(AxisError::StartPosition {
-        value: start_position,
-    })
-}
-
-fn boxed<C: Compensator>(config: &AxisConfig, compensator: C, start: f64) -> Box<dyn AxisRunner> {
+fn boxed<C: Compensator>(
+    config: &AxisConfig,
+    compensator: C,
+    start: &AxisStart,
+) -> Box<dyn AxisRunner> {
     // a type of its own, so that axes without the estimator do not pay for it
     if config.compensation.estimate_shaft {
         let observed = Observed::new(compensator, config);
-        return Box::new(AxisSim::new(config, observed, start));
+        return Box::new(AxisSim::begin(config, observed, start));
     }
-    Box::new(AxisSim::new(config, compensator, start))
+    Box::new(AxisSim::begin(config, compensator, start))
 }
 
 /// Checks a gap that a method was told; an error is under `key`.

@@ -140,10 +140,15 @@ impl Sampler {
             && let Some((piece, local)) = stretch.peek(stretch.from)
         {
             let (mark, s) = piece.programmed(local);
+            // The tool was measured before the first move: the tip stands where that begins.
+            if piece.tool_mm != self.rest.tool_mm {
+                self.rest_program = piece.curve.point(local);
+            }
             self.rest = Sample {
                 segment: mark.segment,
                 s,
                 block: mark.block,
+                tool_mm: piece.tool_mm,
                 heeds: piece.heeds,
                 ..self.rest
             };

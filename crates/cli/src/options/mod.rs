@@ -2,6 +2,7 @@
 
 pub(crate) mod machine;
 pub(crate) mod part;
+pub(crate) mod start;
 
 use crate::output::{self, Failure};
 use clap::builder::{PossibleValue, TypedValueParser};

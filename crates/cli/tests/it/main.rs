@@ -10,6 +10,8 @@ mod hostile;
 mod interrupt;
 mod machines;
 mod reference;
+mod setpoints;
 mod studies;
 mod surface;
 mod texts;
+mod tools;

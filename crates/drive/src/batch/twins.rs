@@ -158,7 +158,8 @@ impl TwinRows {
             [current.integral_d, current.integral_q],
         );
         fill(&mut self.pending, lane, current.pending);
-        self.sum.0[lane] = current.sum;
+        // of this servo period alone, as in `Twin::step`
+        self.sum.0[lane] = 0.0;
         self.current_d.0[lane] = plant.current_d;
         self.masses.put(&plant.masses(), in_lane(lane));
         // raised by any period of the tick whose voltage would be cut

@@ -260,11 +260,6 @@ impl<'a> Expansion<'a> {
         self.settled
     }
 
-    /// Contact torque at the start, N m.
-    pub(super) fn contact_torque(&self) -> f64 {
-        self.contact[0]
-    }
-
     /// Torques that friction has to hold at tau.
     pub(super) fn need_at(&self, tau: f64) -> [f64; 2] {
         [value(&self.need[0], tau), value(&self.need[1], tau)]

@@ -31,10 +31,9 @@ pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::{Bell, Bristles, Curved, FrictionShape, LoadScale, PlantParams, Wave, Waves};
 pub(crate) use quiet::{keeps_pushing, keeps_sliding, keeps_standing, stays_within};
-pub use state::PlantState;
+pub use state::{PlantStart, PlantState};
 
 use dynamics::{Held, StepTable, Taylor, Vector};
-use expansion::Expansion;
 use guard::{Event, Guards, Vanishing};
 use lostmotion_base::math;
 use mode::{MATRICES, Mass};
@@ -102,16 +101,14 @@ impl Plant {
         &self.params
     }
 
-    /// Torque of the shaft on the load, N m.
+    /// Torque of the shaft against the motor, N m.
     pub fn contact_torque(&self, state: &PlantState) -> f64 {
-        if self.curved {
-            // the first coefficient depends on the state alone, not on what is held
-            let held = Held::default();
-            return Expansion::new(&self.params, state, &held, self.params.period_s)
-                .contact_torque();
-        }
-        self.params
-            .contact_torque(state.mode, &state.vector(&self.params))
+        self.params.contact_torques(state)[0]
+    }
+
+    /// Torque of the shaft on the load, N m; on worn flanks their incline is in it.
+    pub fn torque_on_load(&self, state: &PlantState) -> f64 {
+        self.params.contact_torques(state)[1]
     }
 
     /// One period of the current loop.

@@ -213,6 +213,12 @@ impl Bell {
         let u = (place - self.at_rad) / self.width_rad;
         1.0 + self.excess * math::exp(-(u * u))
     }
+
+    /// The change of that along the load, 1/rad.
+    pub(super) fn slope(&self, place: f64) -> f64 {
+        let u = (place - self.at_rad) / self.width_rad;
+        -2.0 * u / self.width_rad * self.excess * math::exp(-(u * u))
+    }
 }
 
 impl Curved {
@@ -403,6 +409,18 @@ impl PlantParams {
             Friction::Creeping(side)
         } else {
             Friction::Sliding(side)
+        }
+    }
+
+    /// Moving at a speed, or at rest.
+    pub(super) fn moving(&self, mass: Mass, speed: f64) -> Friction {
+        let (side, shape) = (Side::of(speed), self.friction(mass));
+        match self.resting(mass) {
+            resting if speed == 0.0 => resting,
+            Friction::None => Friction::None,
+            Friction::Bristles(_) => Friction::Bristles(side),
+            _ if shape.creeps() && speed.abs() < shape.speed_rad_s => Friction::Creeping(side),
+            _ => Friction::Sliding(side),
         }
     }
 

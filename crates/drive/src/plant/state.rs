@@ -3,8 +3,26 @@
 use super::dynamics::Vector;
 use super::mode::{Contact, Mass, Mode, Side};
 use super::params::PlantParams;
+use crate::config::ContactLaw;
 use crate::signal::Engagement;
 use serde::{Deserialize, Serialize};
+
+/// Rounds in which a load and what depends on its place are found together. Flanks are nowhere
+/// steeper than 1:10, so each adds a digit; a choice for gravity.
+const SETTLING_ROUNDS: u32 = 40;
+
+/// What a plant begins with besides its place, at the motor's shaft.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlantStart {
+    /// Speed of the motor, rad/s.
+    pub motor_velocity: f64,
+    /// Speed of the load, rad/s.
+    pub load_velocity: f64,
+    /// Wind-up of the shaft past the flank on the side of its sign, rad; `None` as at rest.
+    pub wind_up: Option<f64>,
+    /// Whether no current flows.
+    pub drive_off: bool,
+}
 
 /// State of the plant, at the motor's shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,7 +71,11 @@ impl PlantState {
             bristles: [0.0; 2],
         };
         // gravity and wear depend on where the load is, which is off the motor by what they do
-        let rounds = if params.is_curved() { 40 } else { 1 };
+        let rounds = if params.is_curved() {
+            SETTLING_ROUNDS
+        } else {
+            1
+        };
         for _ in 0..rounds {
             state.settle(params, motor_position, gap_fraction);
         }
@@ -92,6 +114,45 @@ impl PlantState {
         }
     }
 
+    /// Moving and wound up from here on, the motor where it stands.
+    #[must_use]
+    pub fn set_going(mut self, params: &PlantParams, start: &PlantStart) -> PlantState {
+        let motor_position = self.motor_position();
+        (self.motor_velocity, self.load_velocity) = (start.motor_velocity, start.load_velocity);
+        if let Some(wind_up) = start.wind_up {
+            self.wind(params, motor_position, wind_up);
+        }
+        self.mode.contact = params.contact_at(&self);
+        self.mode.motor = params.moving(Mass::Motor, self.motor_velocity);
+        self.mode.load = params.moving(Mass::Load, self.load_velocity);
+        if start.drive_off {
+            (self.current_q, self.current_d) = (0.0, 0.0);
+        }
+        self
+    }
+
+    /// Winds the shaft up past the flank on the side of the sign; without a wind-up a load in its
+    /// gap stays where it is, one on a flank just touches it.
+    fn wind(&mut self, params: &PlantParams, motor_position: f64, wind_up: f64) {
+        let side = match self.mode.contact {
+            Contact::Gap if wind_up == 0.0 => return,
+            _ if wind_up != 0.0 => Side::of(wind_up),
+            contact => Side::of(contact.sign()),
+        };
+        let has_gap = params.half_gap_rad > 0.0;
+        self.mode.contact = if has_gap {
+            Contact::Spring(side)
+        } else {
+            Contact::Rigid
+        };
+        // wear depends on where the load is, which is off the motor by what it does
+        for _ in 0..SETTLING_ROUNDS {
+            self.gap_angle =
+                params.flank_at(self.mode.contact.sign(), self.load_position) + wind_up;
+            self.load_position = motor_position - self.gap_angle;
+        }
+    }
+
     /// Motor position, rad.
     #[inline]
     pub fn motor_position(&self) -> f64 {
@@ -121,5 +182,44 @@ impl PlantState {
         self.motor_velocity = x[2];
         self.load_velocity = x[3];
         self.load_position += travel;
+    }
+}
+
+impl PlantParams {
+    /// How far a state is past the flank of its contact, rad, how fast that grows, rad/s, and by how
+    /// much the load's lever is longer on an inclined flank: see `expansion`.
+    fn penetration(&self, state: &PlantState) -> [f64; 3] {
+        let (sign, place) = (state.mode.contact.sign(), state.load_position);
+        let slope = self.curved.wear.map_or(0.0, |wear| wear.slope(place));
+        let lever = 1.0 + (self.gap_middle + sign) * self.half_gap_rad * slope;
+        let closing = state.motor_velocity - state.load_velocity * lever;
+        [state.gap_angle - self.flank_at(sign, place), closing, lever]
+    }
+
+    /// Torques of the contact, N m: against the motor, and on the load.
+    pub(super) fn contact_torques(&self, state: &PlantState) -> [f64; 2] {
+        let [depth, closing, lever] = self.penetration(state);
+        let (k, d) = self.shaft(state.mode.contact.coupling());
+        let torque = k * depth + d * closing;
+        [torque, torque * lever]
+    }
+
+    /// The contact of a state whose speeds may have been told: on a flank, what the law makes of
+    /// spring and damper there.
+    pub(super) fn contact_at(&self, state: &PlantState) -> Contact {
+        let side = match state.mode.contact {
+            contact @ (Contact::Rigid | Contact::Gap) => return contact,
+            Contact::Spring(side) | Contact::Doubled(side) | Contact::Lifted(side) => side,
+        };
+        let [depth, closing, _] = self.penetration(state);
+        let spring = side.sign() * self.stiffness_nm_per_rad * depth;
+        let damper = side.sign() * self.damping_nm_s_per_rad * closing;
+        match self.contact {
+            ContactLaw::Clamped | ContactLaw::Bounded if spring + damper < 0.0 => {
+                Contact::Lifted(side)
+            }
+            ContactLaw::Bounded if damper > spring => Contact::Doubled(side),
+            _ => Contact::Spring(side),
+        }
     }
 }

@@ -325,11 +325,12 @@ pub struct CurrentState {
 }
 
 impl CurrentState {
-    pub(super) fn new(voltage: f64, current: f64, periods: f64) -> CurrentState {
+    pub(super) fn new(voltage: f64, back_emf: f64, current: f64, periods: f64) -> CurrentState {
         CurrentState {
             integral_d: 0.0,
             integral_q: voltage,
-            pending: [0.0, voltage],
+            // the back-EMF is fed forward besides the integral
+            pending: [0.0, voltage + back_emf],
             electric_speed: 0.0,
             back_emf: 0.0,
             periods: 0,

@@ -120,19 +120,45 @@ impl Servo {
         }
     }
 
-    /// State of a drive that stands still, holding whatever current flows.
+    /// The same drive switched off: every gain is zero, so that it sets no voltage.
+    #[must_use]
+    pub(crate) fn switched_off(mut self) -> Servo {
+        self.drive.friction_feedforward = None;
+        self.numbers = TickNumbers {
+            position_gain: 0.0,
+            velocity_feedforward: 0.0,
+            inertia_feedforward: 0.0,
+            velocity_gain: 0.0,
+            // what the decoupling and the back-EMF feed forward
+            pole_pairs: 0.0,
+            back_emf: 0.0,
+            ..self.numbers
+        };
+        self.current_numbers = CurrentNumbers {
+            gain: 0.0,
+            ..self.current_numbers
+        };
+        self
+    }
+
+    /// State of a drive at the start, keeping up whatever current flows.
     pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
+        // a motor that moves was a period's way back when its encoder was read last
+        let speed = plant.motor_velocity;
+        let before = plant.motor_position() - speed * self.numbers.period;
+        let back_emf = self.numbers.back_emf * speed;
         ServoState {
             // integrals start with the current and the voltage that hold the axis, so nothing moves
             // at the first tick
             velocity: VelocityState::new(
                 self,
-                self.encoder.read(plant.motor_position()),
+                self.encoder.read(before),
                 reference,
                 plant.current_q,
             ),
             current: CurrentState::new(
                 self.resistance * plant.current_q,
+                back_emf,
                 plant.current_q,
                 self.numbers.current_steps,
             ),

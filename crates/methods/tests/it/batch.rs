@@ -4,9 +4,9 @@ use lostmotion_drive::config::{
     Change, ContactLaw, FrictionLaw, Harmonic, Load, LowPass, Lugre, Shape, Stribeck, TorqueFilter,
     TorqueFilters,
 };
-use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, Setpoint};
+use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisStart, Setpoint};
 use lostmotion_methods::AxisConfig;
-use lostmotion_methods::{METHODS, MethodId, build_runner};
+use lostmotion_methods::{METHODS, MethodId, build_runner, build_runner_from};
 use lostmotion_rig::{Move, circle, mill, mill_x, setpoints, there_and_back};
 use proptest::prelude::*;
 
@@ -307,5 +307,79 @@ proptest! {
             })
             .collect();
         assert_same(&axes, &vec![points; axes.len()], 1000);
+    }
+}
+
+/// Axes that begin moving, wound up, or with their drives off: together as alone, to the bit.
+#[test]
+fn axes_that_begin_otherwise_do_so_in_a_batch_too() {
+    let points = vec![Setpoint::moving(0.0, 0.0, 0.0); 120];
+    let starts: Vec<AxisStart> = (0..9)
+        .map(|n| AxisStart {
+            motor_velocity: 3.0 * f64::from(n) - 10.0,
+            load_velocity: 8.0 - 2.0 * f64::from(n),
+            wind_up: (n % 3 == 1).then_some(1e-3 * f64::from(n - 4)),
+            drive_off: n % 2 == 0,
+            ..AxisStart::at(0.0)
+        })
+        .collect();
+    let config = mill(200.0, 300.0);
+    let axis = |start: &AxisStart| build_runner_from(&config, MethodId::NONE, start).unwrap();
+    for traced in [true, false] {
+        let mut outputs = vec![AxisOutput::new(traced); starts.len()];
+        let mut batch = AxisBatch::new(starts.iter().map(axis).collect(), 2);
+        let lists = vec![points.as_slice(); starts.len()];
+        assert!(batch.push(&lists, &mut outputs).iter().all(Result::is_ok));
+        for (start, batched) in starts.iter().zip(&outputs) {
+            let mut alone = AxisOutput::new(traced);
+            axis(start).push(&points, &mut alone).unwrap();
+            let bits = |out: &AxisOutput| -> Vec<u64> {
+                out.load.iter().map(|load| load.to_bits()).collect()
+            };
+            assert_eq!(bits(&alone), bits(batched), "{start:?}");
+            assert_eq!(
+                alone.peak_current_a.to_bits(),
+                batched.peak_current_a.to_bits()
+            );
+            assert!(!start.drive_off || batched.peak_current_a == 0.0);
+            assert!(batched.load.iter().any(|load| *load != batched.load[0]));
+        }
+    }
+}
+
+#[test]
+fn starts_that_no_axis_has_are_refused() {
+    let config = mill(200.0, 300.0);
+    let refused = |start: AxisStart| {
+        let built = build_runner_from(&config, MethodId::NONE, &start);
+        built.err().map(|error| error.to_string()).unwrap()
+    };
+    let at = AxisStart::at(0.0);
+    for (start, what) in [
+        (AxisStart::at(f64::NAN), "the start position is NaN"),
+        (
+            AxisStart {
+                motor_velocity: f64::INFINITY,
+                ..at
+            },
+            "the motor velocity at the start is inf; it has to be from -",
+        ),
+        (
+            AxisStart {
+                load_velocity: -1e12,
+                ..at
+            },
+            "the load velocity at the start is -1000000000000; it has to be from -",
+        ),
+        (
+            AxisStart {
+                wind_up: Some(f64::NAN),
+                ..at
+            },
+            "the wind-up at the start is NaN; it has to be from -",
+        ),
+    ] {
+        let said = refused(start);
+        assert!(said.starts_with(what), "{said}");
     }
 }

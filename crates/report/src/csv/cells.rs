@@ -108,13 +108,23 @@ impl<R: Read> Cells<R> {
         match found.as_slice() {
             [] => Err(self.missing(format!("`{stem}_mm`, `{stem}_deg` or `{stem}_rad`"))),
             [one] => Ok(one.clone()),
-            [first, second, ..] => Err(ReadError::AmbiguousColumn {
-                name: self.name.clone(),
-                line: self.header_line,
-                what,
-                first: first.0.header.clone(),
-                second: second.0.header.clone(),
-            }),
+            [first, second, ..] => Err(self.ambiguous(what, &first.0, &second.0)),
+        }
+    }
+
+    /// Two columns of one quantity.
+    pub(super) fn ambiguous(
+        &self,
+        what: &'static str,
+        first: &Column,
+        second: &Column,
+    ) -> ReadError {
+        ReadError::AmbiguousColumn {
+            name: self.name.clone(),
+            line: self.header_line,
+            what,
+            first: first.header.clone(),
+            second: second.header.clone(),
         }
     }
 

@@ -85,13 +85,16 @@ impl<W: Write> PlanWriter<W> {
 /// `motor_<u>`, `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`,
 /// `torque_nm`, `engagement` (-1, 0, 1), `gap_estimate_<u>` (the compensator's theta_M - theta_L),
 /// `inertia_estimate_kgm2` (motor side), `engagement_estimate`, `stiffness_estimate_nm_per_rad`,
-/// `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them).
-/// Where a method makes no estimate the cell is empty.
+/// `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them),
+/// `shaft_force_n` (`shaft_torque_nm` at a load that turns): what the shaft does to the load. Where
+/// a method makes no estimate the cell is empty.
 #[derive(Debug)]
 pub struct AxisTraceWriter<W> {
     rows: Rows<W>,
     clock: Clock,
     units_per_rad: f64,
+    /// Force on the load, N or N m, for a torque of 1 N m at the motor.
+    force_per_torque: f64,
 }
 
 impl<W: Write> AxisTraceWriter<W> {
@@ -107,6 +110,12 @@ impl<W: Write> AxisTraceWriter<W> {
         clock: Clock,
     ) -> io::Result<AxisTraceWriter<W>> {
         let u = unit.symbol();
+        // Power is the same on both sides: a force is a torque over the way for a radian.
+        let (force, reach) = match unit {
+            AxisUnit::Mm => ("shaft_force_n", 1e-3 * units_per_rad),
+            AxisUnit::Deg => ("shaft_torque_nm", units::rad(units_per_rad)),
+            AxisUnit::Rad => ("shaft_torque_nm", units_per_rad),
+        };
         // `push` fills the cells in this order.
         let header = [
             "t_s".to_owned(),
@@ -125,12 +134,14 @@ impl<W: Write> AxisTraceWriter<W> {
             "engagement_estimate".to_owned(),
             "stiffness_estimate_nm_per_rad".to_owned(),
             "damping_estimate_nm_s_per_rad".to_owned(),
+            force.to_owned(),
         ];
         let rows = Rows::new(out, header.iter().map(String::as_str))?;
         Ok(AxisTraceWriter {
             rows,
             clock,
             units_per_rad,
+            force_per_torque: 1.0 / reach,
         })
     }
 
@@ -159,6 +170,7 @@ impl<W: Write> AxisTraceWriter<W> {
         rows.signed(sample.engagement_estimate.sign());
         rows.number(sample.stiffness_estimate, RATE_DECIMALS);
         rows.number(sample.damping_estimate, RATE_DECIMALS);
+        rows.number(sample.shaft_torque * self.force_per_torque, RATE_DECIMALS);
         rows.end()
     }
 

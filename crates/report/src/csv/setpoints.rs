@@ -20,8 +20,15 @@ pub enum SetpointSource<'a> {
     Column(&'a str),
 }
 
+/// Columns with the force on the load: of a linear axis, and of one that turns.
+const LOAD_FORCES: [&str; 2] = ["load_force_n", "load_torque_nm"];
+
 /// Reads setpoints, one row a period of the clock, in constant memory: positions, and where there
-/// are columns `velocity` (per s) and `acceleration` (per s2) these too. Other columns are ignored.
+/// are columns `velocity` (per s), `acceleration` (per s2) and `load_force_n` or `load_torque_nm`
+/// these too. Other columns are ignored.
+///
+/// The force acts on the load against the positive direction, besides what the axis' description
+/// has, from its row's time to that of the next row.
 ///
 /// Iterates over them as they stand in the file, in the unit of the file. After an error it ends.
 pub struct SetpointReader<R> {
@@ -30,6 +37,7 @@ pub struct SetpointReader<R> {
     position: Column,
     velocity: Option<Column>,
     acceleration: Option<Column>,
+    load_force: Option<Column>,
     unit: Option<AxisUnit>,
     clock: Clock,
     rows: u64,
@@ -42,7 +50,7 @@ impl<R: Read> SetpointReader<R> {
     /// have to have.
     ///
     /// # Errors
-    /// An empty file, one that is no table, a missing column.
+    /// An empty file, one that is no table, a missing column, both a force and a torque on the load.
     pub fn new(
         input: R,
         name: &str,
@@ -63,12 +71,20 @@ impl<R: Read> SetpointReader<R> {
             },
         };
         let (velocity, acceleration) = (cells.find("velocity")?, cells.find("acceleration")?);
+        let [force, torque] = LOAD_FORCES;
+        let load_force = match (cells.find(force)?, cells.find(torque)?) {
+            (Some(first), Some(second)) => {
+                return Err(cells.ambiguous("the force on the load", &first, &second));
+            }
+            (force, torque) => force.or(torque),
+        };
         Ok(SetpointReader {
             cells,
             time,
             position,
             velocity,
             acceleration,
+            load_force,
             unit,
             clock,
             rows: 0,
@@ -85,6 +101,15 @@ impl<R: Read> SetpointReader<R> {
     /// Whether there is a column of velocities.
     pub fn has_velocity(&self) -> bool {
         self.velocity.is_some()
+    }
+
+    /// The column that holds the force on the load, if there is one, and the one that an axis in
+    /// `unit` has.
+    pub fn load_force(&self, unit: AxisUnit) -> Option<(&str, &'static str)> {
+        let [force, torque] = LOAD_FORCES;
+        let suits = if unit == AxisUnit::Mm { force } else { torque };
+        let column = self.load_force.as_ref()?;
+        Some((&column.header, suits))
     }
 
     /// Whether there are all columns that an interpolator needs.
@@ -120,6 +145,11 @@ impl<R: Read> SetpointReader<R> {
             .as_ref()
             .map(|column| self.cells.number(column))
             .transpose()?;
+        let load_force = self
+            .load_force
+            .as_ref()
+            .map(|column| self.cells.number(column))
+            .transpose()?;
         // A table may begin at any time, such as one cut out of a longer run.
         if self.rows == 0 {
             self.start_s = time_s;
@@ -130,7 +160,7 @@ impl<R: Read> SetpointReader<R> {
             position,
             velocity,
             acceleration,
-            load_force: None,
+            load_force,
         }))
     }
 

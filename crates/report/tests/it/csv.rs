@@ -71,6 +71,8 @@ fn an_axis_trace_is_in_the_axis_own_unit_and_leaves_missing_estimates_empty() {
         load_position: 0.5,
         current: 3.0,
         torque: 0.25,
+        // 1.5 mm for a radian: 0.375 N m are 250 N
+        shaft_torque: 0.375,
         engagement: Engagement::Negative,
         gap_angle_estimate: f64::NAN,
         inertia_estimate: 0.001_89,
@@ -87,14 +89,14 @@ fn an_axis_trace_is_in_the_axis_own_unit_and_leaves_missing_estimates_empty() {
         Some(
             "t_s,reference_mm,reference_velocity_mm_s,reference_acceleration_mm_s2,motor_mm,motor_velocity_mm_s,load_mm,\
              load_velocity_mm_s,current_a,torque_nm,engagement,gap_estimate_mm,inertia_estimate_kgm2,engagement_estimate,\
-             stiffness_estimate_nm_per_rad,damping_estimate_nm_s_per_rad"
+             stiffness_estimate_nm_per_rad,damping_estimate_nm_s_per_rad,shaft_force_n"
         )
     );
     assert_eq!(
         lines.next(),
         Some(
             "0.000750,3.000000000000,1.500000000,-1.500000000,1.500000000000,0.000000000,0.750000000000,0.000000000,\
-             3.000000000,0.250000000,-1,,0.001890000000,0,2000.000000000,"
+             3.000000000,0.250000000,-1,,0.001890000000,0,2000.000000000,,250.000000000"
         )
     );
 }

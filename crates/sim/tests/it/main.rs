@@ -13,6 +13,7 @@ mod bow_kept;
 mod cycles;
 mod five_axis;
 mod gantry;
+mod gap_bound;
 mod import;
 mod import_kinematics;
 mod interventions;

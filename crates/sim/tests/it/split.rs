@@ -87,6 +87,40 @@ fn no_part_is_laid_to_backlash_beyond_what_the_gaps_can_do() {
     }
 }
 
+/// A program that measures its tool before it moves: at the first tick the tip stands where the
+/// first move begins, a tool's length below the spindle, and is off nothing.
+#[test]
+fn a_tool_measured_at_rest_is_there_from_the_first_tick() {
+    let text = "G21 G90 G94 G17 G54\nG43.1 Z55.5\nG0 X20 Y10 Z5\nG1 X40 F600\nM2\n";
+    let machine = Machine::preset("vmc3").expect("vmc3");
+    let mut seen = Standing::default();
+    Simulation::new(&Program::from_str("tool.ngc", text), &machine)
+        .observer(&mut seen)
+        .run()
+        .expect("a run");
+    assert!(seen.0.len() > 4, "{}", seen.0.len());
+    for point in &seen.0 {
+        assert!((point.actual_mm[2] + 55.5).abs() < 1e-3, "{point:?}");
+        assert!((point.commanded_mm[2] + 55.5).abs() < 1e-3, "{point:?}");
+        assert!(point.error_um.abs() < 1.0, "{point:?}");
+    }
+}
+
+/// The points of the first two milliseconds.
+#[derive(Default)]
+struct Standing(Vec<ContourPoint>);
+
+impl Observer for Standing {
+    fn contour(&mut self, _method: usize, points: &[ContourPoint]) {
+        let early = points.iter().filter(|point| point.time_s < 2e-3);
+        self.0.extend(early);
+    }
+
+    fn wants_contour(&self) -> bool {
+        true
+    }
+}
+
 /// Rows are counted against servo ticks, and the tool's place against its error: parts that dwell,
 /// plunge and have corners in space.
 #[test]
