@@ -58,9 +58,9 @@ pub enum NotExcited {
         /// Standard deviation of the torque once side and offset are taken out, over its RMS.
         variation: f64,
     },
-    /// Without the motor's data, wind-up and gap look alike.
+    /// Without the motor's data, wind-up and gap look alike in this log.
     #[error(
-        "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis; together the two are {span:.6} of the log's unit"
+        "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis (--axis); together the two are {span:.6} of the log's unit"
     )]
     MotorUnknown {
         /// Span of the position difference, in the log's unit.
@@ -221,6 +221,9 @@ pub enum Cause {
     /// Degrees and radians.
     #[error("degrees and radians look exchanged")]
     Degrees,
+    /// Revolutions in place of rad.
+    #[error("the positions look like revolutions")]
+    Revolutions,
     /// The current has the other sign.
     #[error("the sign of the current, or of both positions, looks reversed")]
     CurrentSign,

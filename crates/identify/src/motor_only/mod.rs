@@ -26,6 +26,7 @@ mod fit;
 mod load;
 mod profile;
 mod program;
+mod replay;
 mod segments;
 mod sides;
 mod uncertainty;
