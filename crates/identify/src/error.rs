@@ -76,6 +76,16 @@ pub enum NotExcited {
         /// The most that is allowed, N m.
         most_nm: f64,
     },
+    /// Two ways to fit a log of the motor alone find different gaps.
+    #[error(
+        "the gap cannot be told from the motor alone, because its crossings show a half gap of {crossed_rad:.3e} rad at the motor and the load's replayed motion one of {replayed_rad:.3e} rad: the friction is another than Coulomb and viscous, or the current is filtered; log the load's position, too"
+    )]
+    WaysDisagree {
+        /// Half gap of the fit over crossings, rad at the motor.
+        crossed_rad: f64,
+        /// Half gap of the replay, rad at the motor.
+        replayed_rad: f64,
+    },
     /// The interval is so wide that the value is no use.
     #[error(
         "the gap cannot be told, because noise and wind-up leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log longer, with more reversals and varied accelerations, or with less noise of the current"

@@ -12,7 +12,11 @@
 //! and the noise of the current is in the target alone, where it biases nothing. The fit over
 //! crossings adds the torque up twice, and with it its noise.
 //!
-//! The problem is not convex: the start is the best of a grid of gaps and stiffnesses.
+//! The problem is not convex: an impact that comes at another time than the measured one is worse
+//! than none. So it is first solved with windows that are longer than an impact's shift, from the
+//! best of a grid of gaps and stiffnesses, and from there with short ones.
+
+use lostmotion_base::math;
 
 use crate::{
     huber::{NormalEquations, Piece, Regression, solve_small},
@@ -32,26 +36,36 @@ const CONSTANT: usize = 6;
 pub(super) const LATENESS: usize = 7;
 pub(super) const REPLAYED: usize = 8;
 
-/// Longest step of the integration, s. A choice: shafts swing at some 100 to 600 Hz.
-const MAX_STEP_S: f64 = 25e-6;
+/// Longest steps of the integration with long and with short windows, s. A choice: shafts swing at
+/// some 100 to 600 Hz.
+pub(super) const LONGEST_STEPS_S: [f64; 2] = [50e-6, 25e-6];
 /// Largest product of the shaft's angular frequency and the step. A choice: a tenth of the
 /// stability limit of the semi-implicit Euler method.
 const MAX_PHASE_STEP: f64 = 0.2;
-/// Most rounds of Gauss and Newton, accepted or not.
-const MAX_ROUNDS: usize = 25;
+/// Most rounds of Gauss and Newton, accepted or not, with long and with short windows.
+pub(super) const MOST_ROUNDS: [usize; 2] = [12, 20];
+/// Valleys of the grid from which the descent is tried. A choice: one is a rigid shaft.
+const STARTS: usize = 3;
 /// Relative fall of the cost that counts as none.
-const SETTLED_SHARE: f64 = 1e-6;
+const SETTLED_SHARE: f64 = 1e-5;
 /// Steps of the numeric derivatives, in parts of a coefficient's size. A choice: large enough to
 /// average over single impacts that move from one integration step to the next.
 const DERIVATIVE_SHARE: f64 = 3e-3;
 /// Time from the log's start that is left out, s: nobody knows where in the gap the load stood.
 const LEAD_IN_S: f64 = 0.3;
 /// Half gaps of the grid, rad at the motor: from 1 um at a lead of 20 mm to 1 mm at one of 5.
-const GRID_GAPS: (f64, f64, usize) = (1.5e-4, 0.6, 22);
+const GRID_GAPS: (f64, f64, usize) = (1.5e-4, 0.3, 40);
 /// Stiffnesses of the grid, N m/rad.
-const GRID_STIFFNESSES: [f64; 4] = [60.0, 250.0, 1000.0, 4000.0];
+const GRID_STIFFNESSES: [f64; 3] = [60.0, 300.0, 2000.0];
 /// Part of the log on which the grid is tried, s. A choice: a dozen strokes.
 const GRID_SPAN_S: f64 = 6.0;
+/// Longest damping time d/k, s. Origin as in `uncertainty`, halved: usual shafts have a tenth of it.
+const MAX_DAMPING_TIME_S: f64 = 1e-3;
+/// Latest and earliest current, s. A choice: more is a filter, whose lag depends on the frequency.
+const MAX_LATENESS_S: f64 = 2e-3;
+/// Ratio within which the inertia stays to that of the sliding load. A choice: the latter is known
+/// to some parts in a hundred.
+const INERTIA_DOUBT: f64 = 1.3;
 /// Damping time to begin with, s. A choice: usual shafts have 0.01 to 0.2 ms.
 const FIRST_DAMPING_TIME_S: f64 = 5e-5;
 
@@ -64,6 +78,8 @@ pub(super) struct Replay<'a> {
     pub(super) half: usize,
     /// Rate of the motor's torque at each window, N m/s.
     pub(super) rates: Vec<f64>,
+    /// Longest step of the integration, s.
+    pub(super) longest_step_s: f64,
     /// Largest contact torque, N m, and speed, rad/s: the sizes of friction.
     pub(super) largest_nm: f64,
     pub(super) fastest_rad_s: f64,
@@ -72,6 +88,8 @@ pub(super) struct Replay<'a> {
 /// What was found.
 pub(super) struct Replayed {
     pub(super) x: [f64; REPLAYED],
+    /// Sum of squares of the residuals, (N m)^2.
+    pub(super) cost: f64,
     /// The problem about the solution: derivatives as rows, targets that leave these residuals.
     pub(super) about: Regression<REPLAYED>,
     /// Window of each row.
@@ -93,14 +111,49 @@ impl Replayed {
 }
 
 impl Replay<'_> {
-    /// The fit from this load on; `start` is tried beside the grid.
-    pub(super) fn fit(&self, load: &FittedLoad, start: Option<[f64; 2]>) -> Option<Replayed> {
-        let used = self.used(self.windows.len());
-        if used.len() < 10 * REPLAYED {
-            return None;
-        }
-        let x = self.first(load, start)?;
-        self.descend(x, &used)
+    /// The best few of a grid of gaps and stiffnesses with this load, each with another gap.
+    pub(super) fn starts(&self, load: &FittedLoad) -> Vec<[f64; REPLAYED]> {
+        let span = (GRID_SPAN_S / (self.half as f64 * self.period_s)) as usize;
+        let used = self.used(self.windows.len().min(span));
+        let (least, most, count) = GRID_GAPS;
+        let gap_at = |n: usize| {
+            let part = n as f64 / (count - 1) as f64;
+            least * math::pow(most / least, part)
+        };
+        // Of each gap the stiffness that goes best with it.
+        let costs: Vec<(f64, [f64; REPLAYED])> = (0..count)
+            .filter_map(|n| {
+                GRID_STIFFNESSES
+                    .into_iter()
+                    .map(|stiffness| {
+                        let x = [
+                            gap_at(n),
+                            1.0 / stiffness,
+                            FIRST_DAMPING_TIME_S,
+                            load.inertia_kgm2,
+                            load.coulomb_nm,
+                            load.viscous_nm_s_per_rad,
+                            load.constant_nm,
+                            0.0,
+                        ];
+                        (square(&self.residuals(&x, &used)), x)
+                    })
+                    .min_by(|a, b| a.0.total_cmp(&b.0))
+            })
+            .collect();
+        // Valleys of the cost over the gap.
+        let mut valleys: Vec<(f64, [f64; REPLAYED])> = (0..costs.len())
+            .filter(|&n| {
+                let lower = |m: Option<usize>| {
+                    m.and_then(|m| costs.get(m))
+                        .is_none_or(|other| costs[n].0 <= other.0)
+                };
+                lower(n.checked_sub(1)) && lower(Some(n + 1))
+            })
+            .map(|n| costs[n])
+            .collect();
+        valleys.sort_by(|a, b| a.0.total_cmp(&b.0));
+        valleys.into_iter().take(STARTS).map(|(_, x)| x).collect()
     }
 
     /// Windows that count among the first so many.
@@ -109,35 +162,6 @@ impl Replay<'_> {
         (first..windows)
             .filter(|&n| self.windows[n].one_way && self.windows[n].whole)
             .collect()
-    }
-
-    /// The best start of the grid.
-    fn first(&self, load: &FittedLoad, start: Option<[f64; 2]>) -> Option<[f64; REPLAYED]> {
-        let span = (GRID_SPAN_S / (self.half as f64 * self.period_s)) as usize;
-        let used = self.used(self.windows.len().min(span));
-        let (least, most, count) = GRID_GAPS;
-        let gaps = (0..count).map(|n| {
-            least * lostmotion_base::math::pow(most / least, n as f64 / (count - 1) as f64)
-        });
-        let grid = gaps.flat_map(|gap| GRID_STIFFNESSES.map(|stiffness| [gap, 1.0 / stiffness]));
-        let mut best: Option<([f64; REPLAYED], f64)> = None;
-        for [half_gap, compliance] in start.into_iter().chain(grid) {
-            let x = [
-                half_gap,
-                compliance,
-                FIRST_DAMPING_TIME_S,
-                load.inertia_kgm2,
-                load.coulomb_nm,
-                load.viscous_nm_s_per_rad,
-                load.constant_nm,
-                0.0,
-            ];
-            let cost = square(&self.residuals(&x, &used));
-            if best.is_none_or(|(_, least)| cost < least) {
-                best = Some((x, cost));
-            }
-        }
-        best.map(|(x, _)| x)
     }
 
     /// Size of each coefficient, by which steps are measured.
@@ -155,12 +179,18 @@ impl Replay<'_> {
         ]
     }
 
-    fn descend(&self, mut x: [f64; REPLAYED], used: &[usize]) -> Option<Replayed> {
+    /// The minimum that lies downhill of here; `None` if the log has too little to tell.
+    pub(super) fn descend(&self, mut x: [f64; REPLAYED], most_rounds: usize) -> Option<Replayed> {
+        let used = &self.used(self.windows.len());
+        if used.len() < 10 * REPLAYED {
+            return None;
+        }
+        let start = x;
         let mut residuals = self.residuals(&x, used);
         let mut cost = square(&residuals);
-        let (mut damping, mut settled, mut rounds) = (1e-3, false, 0);
+        let (mut damping, mut settled, mut rounds) = (1e-2, false, 0);
         let mut rows = self.derivatives(&x, &residuals, used);
-        for round in 1..=MAX_ROUNDS {
+        for round in 1..=most_rounds {
             rounds = round as u32;
             let mut normal = NormalEquations::<REPLAYED>::default();
             for (row, residual) in rows.iter().zip(&residuals) {
@@ -171,7 +201,7 @@ impl Replay<'_> {
                 line[j] = (line[j] * (1.0 + damping)).max(f64::MIN_POSITIVE.sqrt());
             }
             let step = solve_small(&normal.matrix, &normal.gradient)?;
-            let next = bounded(std::array::from_fn(|j| x[j] + step[j]), &x);
+            let next = bounded(std::array::from_fn(|j| x[j] + step[j]), &x, &start);
             let tried = self.residuals(&next, used);
             let found = square(&tried);
             if found < cost {
@@ -181,7 +211,7 @@ impl Replay<'_> {
                 rows = self.derivatives(&x, &residuals, used);
             } else {
                 // Impacts make the cost rough: a minimum is also where no step helps any more.
-                settled = damping > 1e3;
+                settled = damping > 1e2;
                 damping *= 10.0;
             }
             if settled {
@@ -195,6 +225,7 @@ impl Replay<'_> {
             .collect();
         Some(Replayed {
             x,
+            cost,
             about: Regression {
                 rows,
                 targets,
@@ -264,7 +295,7 @@ impl Replay<'_> {
         ] = *x;
         let stiffness = 1.0 / compliance;
         let frequency = (stiffness / inertia).sqrt();
-        let longest = MAX_STEP_S.min(MAX_PHASE_STEP / frequency);
+        let longest = self.longest_step_s.min(MAX_PHASE_STEP / frequency);
         let steps = (self.period_s / longest).ceil().max(4.0) as usize;
         let share = 1.0 / steps as f64;
         let (step_s, rate) = (self.period_s * share, 1.0 / self.period_s);
@@ -308,11 +339,19 @@ impl Replay<'_> {
     }
 }
 
-/// Coefficients that a shaft and a load can have, not more than halved in a step.
-fn bounded(next: [f64; REPLAYED], from: &[f64; REPLAYED]) -> [f64; REPLAYED] {
+/// Coefficients that a shaft can have with a load near the one that slides, `start`, not more than
+/// halved or doubled in a step: far from the minimum a step may lead anywhere.
+fn bounded(
+    next: [f64; REPLAYED],
+    from: &[f64; REPLAYED],
+    start: &[f64; REPLAYED],
+) -> [f64; REPLAYED] {
     std::array::from_fn(|j| match j {
-        HALF_GAP | COMPLIANCE | INERTIA => next[j].clamp(0.5 * from[j], 2.0 * from[j]),
-        DAMPING_TIME | COULOMB | VISCOUS => next[j].max(0.0),
+        HALF_GAP | COMPLIANCE => next[j].clamp(0.5 * from[j], 2.0 * from[j]),
+        INERTIA => next[j].clamp(start[j] / INERTIA_DOUBT, INERTIA_DOUBT * start[j]),
+        DAMPING_TIME => next[j].clamp(0.0, MAX_DAMPING_TIME_S),
+        COULOMB | VISCOUS => next[j].max(0.0),
+        LATENESS => next[j].clamp(-MAX_LATENESS_S, MAX_LATENESS_S),
         _ => next[j],
     })
 }
