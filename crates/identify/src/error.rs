@@ -76,15 +76,15 @@ pub enum NotExcited {
         /// The most that is allowed, N m.
         most_nm: f64,
     },
-    /// Two ways to fit a log of the motor alone find different gaps.
+    /// Seen from the motor alone, the interval is so wide that it cannot be relied upon.
     #[error(
-        "the gap cannot be told from the motor alone, because its crossings show a half gap of {crossed_rad:.3e} rad at the motor and the load's replayed motion one of {replayed_rad:.3e} rad: the friction is another than Coulomb and viscous, or the current is filtered; log the load's position, too"
+        "the gap cannot be told from the motor alone, because its crossings leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log the load's position, too, or faster (4 kHz) with less noise of the current"
     )]
-    WaysDisagree {
-        /// Half gap of the fit over crossings, rad at the motor.
-        crossed_rad: f64,
-        /// Half gap of the replay, rad at the motor.
-        replayed_rad: f64,
+    MotorToldTooLittle {
+        /// Lower end of the 95 % interval, rad at the motor.
+        low_rad: f64,
+        /// Upper end, rad at the motor.
+        high_rad: f64,
     },
     /// The interval is so wide that the value is no use.
     #[error(

@@ -2,16 +2,15 @@
 
 use crate::{
     contact::{MEDIAN_OF_NORMAL, noise},
-    error::{FitError, NotExcited, SolverStatus},
+    error::{FitError, NotExcited},
     estimate::RESOLUTION_SHARE,
     huber::HUBER_TUNING,
     log::MotorLog,
     plausible,
-    result::{BacklashFit, SolverReport, ToldCompliance},
+    result::{BacklashFit, ToldCompliance},
     settings::FitSettings,
     solver::{Clarabel, QpSolver, SolveOptions},
-    spread,
-    window::{self, WindowSample},
+    spread, window,
 };
 use lostmotion_base::math::quantile;
 
@@ -19,7 +18,6 @@ use lostmotion_base::math;
 
 use super::load::find_load;
 use super::program::{Projected, Solved};
-use super::replay::{self, LONGEST_STEPS_S, MOST_ROUNDS, Replay};
 use super::segments::{
     COMMON, COMPLIANCE, Cutter, DAMPING_TIME, HALF_GAP, INVERSE_INERTIA, Segment,
 };
@@ -50,11 +48,11 @@ const NOISE_PERIOD_S: f64 = 1e-3;
 /// came out 1 to 2 % too large, because masses that slide together are taken for rigid; the part of
 /// this error that is alike on both flanks cancels.
 const MODEL_ERROR_SHARE: f64 = 3e-3;
-/// Width of the interval, in parts of the half gap, from which on the gap counts as not told. A
-/// choice: the interval then holds gaps that differ by a factor of three.
-const MAX_WIDTH_SHARE: f64 = 1.0;
 /// The same error as a share of the compliance itself. Tuned on the same logs.
 const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
+/// Width of the interval, in parts of the half gap, from which on the gap counts as not told. Tuned
+/// on logs of a ball screw at 1 kHz: wider intervals miss the gap in a quarter of them.
+const MAX_WIDTH_SHARE: f64 = 0.3;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
 ///
@@ -96,96 +94,6 @@ pub fn fit_motor_only_with(
     let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
     // Flanks, then the load's inertia and friction, then the crossings that are judged by them.
     let sides = Sides::new(&windows, settings)?;
-    let needed = settings.min_traversals.max(2);
-    let thin = |usable, seen| NotExcited::CrossingsUnclear {
-        usable,
-        seen,
-        needed,
-    };
-    let load = find_load(&windows, &sides, settle, settings, solver)?
-        .ok_or_else(|| thin(0, sides.changes()))?;
-    let replayed = replayed(log, settings, &sides, &load, 2 * half);
-    let crossed = crossed(log, settings, solver, &windows, &sides, &load, half);
-    if std::env::var("WAY").is_ok() {
-        let say =
-            |fit: &BacklashFit| format!("{} {:?}", fit.half_gap_rad, fit.half_gap_interval_rad);
-        eprintln!(
-            "  crossed {:?}",
-            crossed.as_ref().map(say).map_err(|e| e.to_string())
-        );
-        eprintln!("  replayed {:?}", replayed.as_ref().map(say));
-    }
-    let fit = agreed(crossed, replayed)?;
-    let [low_rad, high_rad] = fit.half_gap_interval_rad;
-    // An interval as wide as the gap itself is no value, unless it says that the gap is small.
-    if fit.excited && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
-        return Err(NotExcited::IntervalTooWide { low_rad, high_rad }.into());
-    }
-    Ok(fit)
-}
-
-/// The narrower of two fits of one log that agree. Each is right where the other has little to say:
-/// the crossings where the log is fast and clean, the replay through noise.
-fn agreed(
-    crossed: Result<BacklashFit, FitError>,
-    replayed: Option<BacklashFit>,
-) -> Result<BacklashFit, FitError> {
-    let (crossed, replayed) = match (crossed, replayed) {
-        (Ok(crossed), Some(replayed)) => (crossed, replayed),
-        (Err(_), Some(only)) => return Ok(only),
-        (crossed, None) => return crossed,
-    };
-    // Where the crossings show no gap, the replay has none to start from.
-    if !crossed.excited {
-        return Ok(crossed);
-    }
-    let [a, b] = [&crossed, &replayed].map(|fit| fit.half_gap_interval_rad);
-    if a[0] > b[1] || b[0] > a[1] {
-        return Err(NotExcited::WaysDisagree {
-            crossed_rad: crossed.half_gap_rad,
-            replayed_rad: replayed.half_gap_rad,
-        }
-        .into());
-    }
-    Ok(if b[1] - b[0] < a[1] - a[0] {
-        replayed
-    } else {
-        crossed
-    })
-}
-
-/// The fit over the crossings.
-fn crossed(
-    log: &MotorLog,
-    settings: &FitSettings,
-    solver: &dyn QpSolver,
-    windows: &[WindowSample],
-    sides: &Sides,
-    load: &FittedLoad,
-    half: usize,
-) -> Result<BacklashFit, FitError> {
-    let inertia = settings.motor_inertia_kgm2.unwrap_or(0.0);
-    let spacing_s = half as f64 * log.period_s();
-    let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
-    let needed = settings.min_traversals.max(2);
-    let thin = |usable, seen| NotExcited::CrossingsUnclear {
-        usable,
-        seen,
-        needed,
-    };
-    // One window a sample: a load that breaks away is followed sample by sample.
-    let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
-    let cutter = Cutter {
-        windows,
-        samples: &samples,
-        sides,
-        load,
-        spacing_s,
-        period_s: log.period_s(),
-        half,
-        settle,
-        motor_inertia_kgm2: inertia,
-    };
     // Noise that adds up twice in the load's motion hides the gap before it hides the sides.
     let torque_noise_nm =
         settings.torque_constant_nm_per_a * noise(log.as_backlash_log().current().iter().copied());
@@ -197,198 +105,59 @@ fn crossed(
         }
         .into());
     }
+    let needed = settings.min_traversals.max(2);
+    let thin = |usable, seen| {
+        FitError::NotExcited(NotExcited::CrossingsUnclear {
+            usable,
+            seen,
+            needed,
+        })
+    };
+    let load = find_load(&windows, &sides, settle, settings, solver)?
+        .ok_or_else(|| thin(0, sides.changes()))?;
+    // One window a sample: a load that breaks away is followed sample by sample.
+    let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
+    let cutter = Cutter {
+        windows: &windows,
+        samples: &samples,
+        sides: &sides,
+        load: &load,
+        spacing_s,
+        period_s: log.period_s(),
+        half,
+        settle,
+        motor_inertia_kgm2: inertia,
+    };
     let (segments, changes) = cutter.cut();
     if segments.len() < needed {
-        return Err(thin(segments.len(), changes).into());
+        return Err(thin(segments.len(), changes));
     }
     let job = MotorOnlyJob {
         log,
         settings,
         solver,
-        load: *load,
+        load,
         changes,
         half,
         knowledge: PriorKnowledge {
             torque_noise_nm,
             period_s: log.period_s(),
             spacing_s,
-            load: *load,
-            fastest_rad_s: fastest(windows),
+            load,
+            fastest_rad_s: windows
+                .iter()
+                .map(|window| window.rate_rad_s.abs())
+                .fold(0.0, f64::max),
             largest_nm: sides.largest_nm(),
         },
         threshold_nm: sides.threshold_nm,
     };
-    job.fit(segments)
-}
-
-/// Largest speed of the motor, rad/s.
-fn fastest(windows: &[WindowSample]) -> f64 {
-    windows
-        .iter()
-        .map(|window| window.rate_rad_s.abs())
-        .fold(0.0, f64::max)
-}
-
-/// Residuals over the noise of current and encoder that pass in the replay. Tuned on logs with a
-/// known gap: in the right valley 1.00 to 1.03, in a wrong one 1.36 and more.
-const MISFIT_FACTOR: f64 = 1.1;
-/// Error of the replay in parts of the usual contact torque that passes beside the noise: impacts
-/// between two samples. A choice.
-const MISFIT_SHARE: f64 = 0.02;
-/// Length of a block of the log, s. A choice: residuals of one stroke err alike, and strokes last
-/// some tenths of a second.
-const BLOCK_S: f64 = 0.5;
-
-/// Long windows of the replay over short ones. A choice: 16 ms at 1 kHz, longer than impacts come
-/// early or late with a gap that is off by a step of the grid.
-const COARSE_FACTOR: usize = 5;
-
-/// A replay with these windows.
-fn replay_of<'a>(
-    log: &'a MotorLog,
-    sides: &Sides,
-    inertia: f64,
-    windows: &'a [WindowSample],
-    half: usize,
-    longest_step_s: f64,
-) -> Replay<'a> {
-    // What the motor gives beyond its own friction.
-    let torque = |n: usize| {
-        let window = &windows[n.min(windows.len() - 1)];
-        window.torque_nm + inertia * window.acceleration_rad_s2
-    };
-    let spacing_s = half as f64 * log.period_s();
-    let rates = (0..windows.len())
-        .map(|n| (torque(n + 1) - torque(n.saturating_sub(1))) / (2.0 * spacing_s))
-        .collect();
-    Replay {
-        motor_rad: log.as_backlash_log().motor(),
-        period_s: log.period_s(),
-        windows,
-        half,
-        rates,
-        longest_step_s,
-        largest_nm: sides.largest_nm(),
-        fastest_rad_s: fastest(windows),
+    let fit = job.fit(segments)?;
+    let [low_rad, high_rad] = fit.half_gap_interval_rad;
+    if fit.excited && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
+        return Err(NotExcited::MotorToldTooLittle { low_rad, high_rad }.into());
     }
-}
-
-/// The fit by replaying the load; `None` if the log does not determine it.
-fn replayed(
-    log: &MotorLog,
-    settings: &FitSettings,
-    sides: &Sides,
-    load: &FittedLoad,
-    half: usize,
-) -> Option<BacklashFit> {
-    let (period_s, inertia) = (log.period_s(), settings.motor_inertia_kgm2?);
-    let coarse_half = COARSE_FACTOR * half;
-    let [long, windows] = [coarse_half, half]
-        .map(|half| window::averages(log.as_backlash_log(), settings, inertia, half));
-    let spacing_s = half as f64 * period_s;
-    // Long windows tell roughly where the minimum is, short ones then where exactly.
-    let coarse = replay_of(log, sides, inertia, &long, coarse_half, LONGEST_STEPS_S[0]);
-    let start = coarse
-        .starts(load)
-        .into_iter()
-        .filter_map(|x| coarse.descend(x, MOST_ROUNDS[0]))
-        .inspect(|found| {
-            if std::env::var("WAY").is_ok() {
-                eprintln!(
-                    "  coarse b {} cost {} rounds {}",
-                    found.x[0], found.cost, found.rounds
-                );
-            }
-        })
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    let fine = replay_of(log, sides, inertia, &windows, half, LONGEST_STEPS_S[1]);
-    let found = fine.descend(start.x, MOST_ROUNDS[1])?;
-    let residuals: Vec<f64> = (0..found.about.targets.len())
-        .map(|k| found.about.residual(k, &found.x))
-        .collect();
-    let count = residuals.len() as f64;
-    let rms_nm = (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
-    // Every residual in the square part: least squares.
-    let delta = 1e6 * rms_nm.max(f64::MIN_POSITIVE.sqrt());
-    let per_block = (BLOCK_S / spacing_s).ceil() as usize;
-    let numbers: Vec<usize> = found.windows.iter().map(|n| n / per_block).collect();
-    let blocks = spread::blocks(&numbers);
-    let spread = |which| spread::spread(&found.about, &found.x, delta, &blocks, which);
-    let (gap, compliance_spread, damping_spread) = (
-        spread(replay::HALF_GAP)?,
-        spread(replay::COMPLIANCE)?,
-        spread(replay::DAMPING_TIME)?,
-    );
-    let (half_gap, compliance) = (found.x[replay::HALF_GAP], found.x[replay::COMPLIANCE]);
-    let used = || found.windows.iter().map(|&n| windows[n].torque_nm);
-    let torque_rms = (used().map(|torque| torque * torque).sum::<f64>() / count).sqrt();
-    let allowance =
-        RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * compliance * torque_rms;
-    let half_width = gap.half_width + allowance;
-    let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
-    let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
-        half_gap_rad: half_gap,
-        upper_rad: interval[1],
-    });
-    let told = ToldCompliance::new(
-        compliance,
-        compliance_spread.half_width + COMPLIANCE_ERROR_SHARE * compliance,
-    );
-    let damping = found.x[replay::DAMPING_TIME];
-    let positive = used().filter(|torque| *torque > 0.0).count();
-    if std::env::var("WAY").is_ok() {
-        eprintln!(
-            "x {:?} settled {} rounds {} rms {}",
-            found.x, found.settled, found.rounds, rms_nm
-        );
-    }
-    (rms_nm < most_nm).then_some(())?;
-    Some(BacklashFit {
-        half_gap_rad: half_gap,
-        half_gap_interval_rad: interval,
-        half_gap_error_rad: gap.standard_error,
-        half_gap_allowance_rad: allowance,
-        compliance_rad_per_nm: compliance,
-        compliance_error_rad_per_nm: compliance_spread.standard_error,
-        compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,
-        stiffness_nm_per_rad: told.stiffness_nm_per_rad,
-        stiffness_interval_nm_per_rad: told.stiffness_interval_nm_per_rad,
-        offset_rad: 0.0,
-        damping_time_s: damping,
-        damping_time_interval_s: [-1.0, 1.0]
-            .map(|way| (damping + way * damping_spread.half_width).max(0.0)),
-        current_late_s: found.x[replay::LATENESS].max(0.0),
-        motor_inertia_kgm2: inertia,
-        residual_rms_rad: compliance * rms_nm,
-        residual_scale_rad: compliance * quantile(residuals.iter().map(|r| r.abs()).collect(), 0.5)
-            / MEDIAN_OF_NORMAL,
-        huber_delta_rad: compliance * delta,
-        outliers: 0,
-        torque_threshold_nm: sides.threshold_nm,
-        samples_logged: log.len(),
-        window_samples: half,
-        samples_used: residuals.len(),
-        samples_positive: positive,
-        samples_negative: residuals.len() - positive,
-        traversals: sides.changes(),
-        blocks: gap.blocks,
-        effective_samples: gap.effective_samples,
-        excited: reason.is_none(),
-        reason,
-        load: Some(found.load()),
-        solver: SolverReport {
-            name: "Gauss-Newton".to_owned(),
-            status: if found.settled {
-                SolverStatus::Solved
-            } else {
-                SolverStatus::IterationLimit
-            },
-            iterations: found.rounds,
-            solves: 1,
-            explicit_samples: residuals.len(),
-            optimality: 0.0,
-        },
-    })
+    Ok(fit)
 }
 
 /// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation

@@ -26,7 +26,6 @@ mod fit;
 mod load;
 mod profile;
 mod program;
-mod replay;
 mod segments;
 mod sides;
 mod uncertainty;
