@@ -51,8 +51,8 @@ impl Deadzone {
         if pairs.len() < MIN_WINDOWS {
             return None;
         }
-        let differences = pairs.iter().map(|pair| pair.0).collect();
-        let (half_gap, offset) = search(differences, |b, o| Slope::of(&pairs, b, o).rest);
+        let differences: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
+        let (half_gap, offset) = search(&differences, |b, o| Slope::of(&pairs, b, o).rest);
         let best = Slope::of(&pairs, half_gap, offset);
         (best.value > 0.0 && best.student_t > MIN_SLOPE_T).then_some(Self {
             half_gap_rad: half_gap,
@@ -75,9 +75,9 @@ impl Deadzone {
 
 /// The half gap and the offset of least cost, over zones within the span of these position
 /// differences.
-fn search(differences: Vec<f64>, cost: impl Fn(f64, f64) -> f64) -> (f64, f64) {
+fn search(differences: &[f64], cost: impl Fn(f64, f64) -> f64) -> (f64, f64) {
     let [low, high] =
-        [SPIKE_SHARE, 1.0 - SPIKE_SHARE].map(|share| quantile(differences.clone(), share));
+        [SPIKE_SHARE, 1.0 - SPIKE_SHARE].map(|share| quantile(differences.to_vec(), share));
     let mut reach = 0.25 * (high - low);
     let (mut half_gap, mut offset) = (reach, 0.5 * (high + low));
     // The cost is not convex in the edges: a coarse grid first, then ever finer ones.
@@ -163,8 +163,8 @@ impl MotorGuess {
                 0.0
             }
         };
-        let differences = certain.iter().map(|w| w.difference_rad).collect();
-        let (half_gap, offset) = search(differences, cost);
+        let differences: Vec<f64> = certain.iter().map(|w| w.difference_rad).collect();
+        let (half_gap, offset) = search(&differences, cost);
         let [_, inertia, viscous, coulomb, _] = Regression {
             rows: certain
                 .iter()
