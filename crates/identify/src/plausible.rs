@@ -22,9 +22,13 @@ const HALF_WINDOW_S: f64 = 1e-2;
 /// Longest time between samples of a log of a drive, s. A choice: a stroke's acceleration lasts some
 /// ten times as long.
 const MAX_PERIOD_S: f64 = 2e-2;
-/// Ratio of found and described inertia, either way, that passes. A choice: a heavy workpiece or a
-/// peak value taken for an RMS value pass, no wrong unit does.
+/// Ratio of found and described inertia that passes. A choice: a heavy workpiece or a peak value
+/// taken for an RMS value pass, no wrong unit does.
 const INERTIA_TOLERANCE: f64 = 1.6;
+/// Ratio of described and found inertia that passes. A choice: no workpiece makes an axis lighter,
+/// but masses are told roughly; a torque of a motor of 0.7 N m/A in place of its current is off by
+/// more.
+const LIGHTER_TOLERANCE: f64 = 1.3;
 /// Standard errors beyond which a difference counts; the textbook error is too small for residuals
 /// that hold for many windows. A choice.
 const SURE_ERRORS: f64 = 12.0;
@@ -139,7 +143,7 @@ pub(crate) fn check(
     }
     if let Some(known) = settings.known_inertia_kgm2 {
         let (low, high) = (body.inertia_kgm2 - error, body.inertia_kgm2 + error);
-        if low > INERTIA_TOLERANCE * known || high < known / INERTIA_TOLERANCE {
+        if low > INERTIA_TOLERANCE * known || high < known / LIGHTER_TOLERANCE {
             let ratio = body.inertia_kgm2 / known;
             let what =
                 format!("current and acceleration show {ratio:.4} times the inertia of the axis");
@@ -200,30 +204,32 @@ fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
     }
 }
 
-/// The wrong unit that goes with a factor on the inertia.
+/// The wrong unit that goes best with a factor on the inertia.
 fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
-    let near = |factor: f64| {
-        let off = ratio / factor;
-        off < CAUSE_TOLERANCE && off > 1.0 / CAUSE_TOLERANCE
-    };
-    let rated_a = settings
+    // Current over inertia and current over acceleration: what a wrong unit makes of the inertia.
+    let percent = settings
         .rated_torque_nm
-        .map(|torque| torque / settings.torque_constant_nm_per_a);
-    if near(1e6) {
-        Cause::Milliseconds
-    } else if rated_a.is_some_and(|rated| near(100.0 / rated)) {
-        Cause::PercentOfRated
-    } else if near(25.4) {
-        Cause::Inches
-    } else if near(1e3) {
-        Cause::Thousand
-    } else if near(1e-3) {
-        Cause::Micrometres
-    } else if near(57.296) || near(1.0 / 57.296) {
-        Cause::Degrees
-    } else if near(settings.torque_constant_nm_per_a) {
-        Cause::TorqueForCurrent
-    } else {
-        Cause::OtherAxis
-    }
+        .map(|torque| 100.0 * settings.torque_constant_nm_per_a / torque);
+    let known = [
+        (Some(1e6), Cause::Milliseconds),
+        (percent, Cause::PercentOfRated),
+        (Some(25.4), Cause::Inches),
+        (Some(1e3), Cause::Thousand),
+        (Some(1e-3), Cause::Micrometres),
+        (Some(1.0f64.to_degrees()), Cause::Degrees),
+        (Some(1.0f64.to_radians()), Cause::Degrees),
+        (Some(std::f64::consts::TAU), Cause::Revolutions),
+        (
+            Some(settings.torque_constant_nm_per_a),
+            Cause::TorqueForCurrent,
+        ),
+    ];
+    // At least 1 for positive ratios.
+    let off = |factor: f64| (ratio / factor).max(factor / ratio);
+    known
+        .into_iter()
+        .filter_map(|(factor, cause)| Some((off(factor?), cause)))
+        .filter(|(off, _)| (1.0..CAUSE_TOLERANCE).contains(off))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(Cause::OtherAxis, |(_, cause)| cause)
 }
