@@ -276,8 +276,7 @@ impl View<'_> {
     #[cold]
     pub(super) fn control_variable(&mut self, number: u32) -> Result<f64, Problem> {
         let told = |view: &Self, cell: u16| {
-            view.parameters
-                .is_known(cell).then(|| view.parameters.get(cell))
+            (cell != 0 && view.parameters.is_known(cell)).then(|| view.parameters.get(cell))
         };
         let cell = u16::try_from(number).unwrap_or(0);
         match variable(self.config.dialect, number) {

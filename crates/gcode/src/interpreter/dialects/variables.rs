@@ -132,6 +132,11 @@ impl Interpreter {
             number: u16::try_from(whole).unwrap_or(u16::MAX),
         };
         match variable(self.config.dialect, whole) {
+            // A number that no control here has.
+            Variable::Outside(0, what) => Err(Problem::ControlVariable {
+                number: whole,
+                what,
+            }),
             // A vacant value takes the value away.
             Variable::Kept(cell) | Variable::Vacant(cell) | Variable::Outside(cell, _) => {
                 self.parameters.put(cell, value);
