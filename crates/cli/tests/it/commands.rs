@@ -472,3 +472,48 @@ fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
         &["line-too-long"],
     );
 }
+
+#[test]
+fn what_only_the_machine_knows_is_told_by_options() {
+    let bench = Bench::new();
+    bench.file(
+        "part.nc",
+        "M10 P3\nG0 X#3011\nM120\n/2 G0 Y1.\n/3 G0 Y2.\nM30\n",
+    );
+    let run = ["gcode", "canon", "part.nc", "--dialect", "fanuc"];
+    let refused = bench.expect(2, &run);
+    assert!(!refused.contains("X2"), "{refused}");
+    let told = [
+        "--m-code",
+        "M10=ignore",
+        "--m-code",
+        "M100-M199=ignore",
+        "--set",
+        "#3011=20",
+        "--block-skip",
+        "2",
+    ];
+    let text = bench.expect(0, &[&run[..], &told[..]].concat());
+    let moves: Vec<&str> = text
+        .lines()
+        .filter(|line| line.contains("TRAVERSE"))
+        .collect();
+    assert!(
+        moves.len() == 2 && moves[0].contains("(20.0000, 0.0000") && moves[1].contains("2.0000"),
+        "{text}"
+    );
+    // A name of LinuxCNC's HAL, in any case, on a machine too.
+    bench.file("hal.ngc", "G21 G0 X#<_hal[Load]>\nM2\n");
+    let hal = ["gcode", "canon", "hal.ngc", "-m", "vmc3", "--set"];
+    let text = bench.expect(0, &[&hal[..], &["#<_HAL[load]>=1.5"]].concat());
+    assert!(text.contains("STRAIGHT_TRAVERSE(1.5000"), "{text}");
+    for wrong in [
+        ["--m-code", "M10"],
+        ["--m-code", "M10=stop"],
+        ["--m-code", "G10=ignore"],
+        ["--set", "#3011=today"],
+        ["--block-skip", "10"],
+    ] {
+        bench.expect(2, &[&run[..], &wrong[..]].concat());
+    }
+}

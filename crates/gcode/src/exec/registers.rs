@@ -75,7 +75,7 @@ impl Exec<'_> {
     fn set_origin(&mut self, code: Code, number: f64) -> Result<(), Problem> {
         let system = whole_within((code, b'P'), number, 0.0..=6.0, SYSTEMS_OF_L2)? as u16;
         if system == 0 && self.config.dialect == Dialect::Haas {
-            return self.set_shift(|exec, axis, now| exec.given(axis, now));
+            return self.set_shift(Self::given);
         }
         self.write_origin(system)
     }

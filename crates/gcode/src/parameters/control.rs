@@ -58,7 +58,7 @@ pub(crate) enum Variable {
     /// It shows the state: a group's code or a letter's last value, kept by the interpreter.
     Shown(u16),
     /// It shows a position of an axis.
-    Position(Place, usize),
+    Position(Reading, usize),
     /// The origin of a work coordinate system, 0 for the external offset of all.
     Origin(u16, usize),
     /// The shift of G52.
@@ -77,7 +77,7 @@ pub(crate) enum Variable {
 
 /// A position that a system variable shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Reading {
     /// The end of the last block in work coordinates.
     BlockEnd,
     /// Machine coordinates.
@@ -128,11 +128,11 @@ pub(crate) fn variable(dialect: Dialect, number: u32) -> Variable {
         4201..=4230 => group(haas, cell - 200),
         4101..=4130 => address(haas, cell),
         4301..=4330 => address(haas, cell - 200),
-        5001..=5008 => Variable::Position(Place::BlockEnd, axis(number - 5001)),
-        5021..=5028 => Variable::Position(Place::Machine, axis(number - 5021)),
-        5041..=5048 => Variable::Position(Place::Work, axis(number - 5041)),
+        5001..=5008 => Variable::Position(Reading::BlockEnd, axis(number - 5001)),
+        5021..=5028 => Variable::Position(Reading::Machine, axis(number - 5021)),
+        5041..=5048 => Variable::Position(Reading::Work, axis(number - 5041)),
         5061..=5070 => Variable::Kept(cell),
-        5081..=5088 => Variable::Position(Place::ToolOffset, axis(number - 5081)),
+        5081..=5088 => Variable::Position(Reading::ToolOffset, axis(number - 5081)),
         5101..=5108 => Variable::Outside(cell, "the lag of a servo"),
         5201..=5208 if haas => Variable::Shift(axis(number - 5201)),
         5201..=5208 => Variable::Origin(0, axis(number - 5201)),
@@ -276,9 +276,7 @@ impl View<'_> {
     #[cold]
     pub(super) fn control_variable(&mut self, number: u32) -> Result<f64, Problem> {
         let told = |view: &Self, cell: u16| {
-            view.parameters
-                .is_known(cell)
-                .then(|| view.parameters.get(cell))
+            (cell != 0 && view.parameters.is_known(cell)).then(|| view.parameters.get(cell))
         };
         let cell = u16::try_from(number).unwrap_or(0);
         match variable(self.config.dialect, number) {
@@ -319,7 +317,7 @@ impl View<'_> {
         }
     }
 
-    fn position(&self, number: u32, place: Place, axis: usize) -> Result<f64, Problem> {
+    fn position(&self, number: u32, place: Reading, axis: usize) -> Result<f64, Problem> {
         let state = self.state;
         let refused = |what| Err(Problem::ControlVariable { number, what });
         let acts = state
@@ -327,22 +325,22 @@ impl View<'_> {
             .as_ref()
             .is_some_and(|compensation| compensation.acts());
         // The held move ends where the next one decides: the manuals call it not readable.
-        if acts && matches!(place, Place::Machine | Place::Work) {
+        if acts && matches!(place, Reading::Machine | Reading::Work) {
             return refused("a position under cutter compensation");
         }
         // Whether G68 turns what is read depends on the control's parameters.
-        if state.offsets.tilt.is_some() && place != Place::Machine {
+        if state.offsets.tilt.is_some() && place != Reading::Machine {
             return refused("a position in turned coordinates");
         }
         let position = match place {
-            Place::BlockEnd => state.current,
-            Place::Machine => state.machine(),
-            Place::Work => Offsets {
+            Reading::BlockEnd => state.current,
+            Reading::Machine => state.machine(),
+            Reading::Work => Offsets {
                 tool: [0.0; 9],
                 ..state.offsets
             }
             .to_program(&state.machine()),
-            Place::ToolOffset => state.offsets.tool,
+            Reading::ToolOffset => state.offsets.tool,
         };
         Ok(position.get(axis).copied().unwrap_or_default())
     }

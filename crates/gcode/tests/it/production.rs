@@ -87,6 +87,7 @@ fn modes_and_words_of_the_block_before_are_read() {
         (FANUC, "G81 Z-1. R1. F9. K0\nG80", "#4009", 80.0),
         (FANUC, "", "#4010", 98.0),
         (FANUC, "G99", "#4010", 99.0),
+        (FANUC, "", "#4012", 67.0),
         (FANUC, "", "#4014", 54.0),
         (FANUC, "G55", "#4014", 55.0),
         (FANUC, "G54.1 P3", "#4014", 54.1),
@@ -380,6 +381,7 @@ fn what_only_the_control_knows_is_told_or_refused() {
     // A clock cannot be set; a count can.
     assert!(codes("#3001=0\n#1=#3001\nM30\n", config(FANUC)).contains(&"control-variable"));
     assert_eq!(value("#3901=5", "#3901", config(FANUC)), 5.0);
+    assert!(codes("#100001=5\nM30\n", config(FANUC)).contains(&"control-variable"));
     assert!(codes("#4003=91\nM30\n", config(FANUC)).contains(&"read-only-parameter"));
     assert!(codes("#5021=1\nM30\n", config(FANUC)).contains(&"read-only-parameter"));
     // Haas has further variables there, two names for the same.

@@ -3,6 +3,7 @@
 //! not read.
 
 use super::super::Interpreter;
+use super::variables::note_modal_macro;
 use crate::codes::{Code, whole};
 use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
@@ -344,6 +345,7 @@ impl Interpreter {
         self.tell(Leniency::MacroCalls);
         if code == 67.0 {
             self.modal_macro = None;
+            note_modal_macro(&mut self.parameters, &self.config, false);
             return Ok(());
         }
         // For messages only: G65 to G67 have no row in the table.
@@ -364,6 +366,7 @@ impl Interpreter {
             })?;
         // G66 calls the macro after each later move at the same level.
         if code == 66.0 {
+            note_modal_macro(&mut self.parameters, &self.config, true);
             self.modal_macro = Some(ModalMacro {
                 name,
                 arguments,

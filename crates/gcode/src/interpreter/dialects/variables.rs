@@ -4,6 +4,7 @@
 use super::Once;
 use crate::codes::Code;
 use crate::config::InterpreterConfig;
+use crate::dialect::Dialect;
 use crate::exec::words::Words;
 use crate::interpreter::Interpreter;
 use crate::ops::{CanonicalOp, SourcedOp, Units};
@@ -51,7 +52,16 @@ pub(crate) fn note_start(parameters: &mut Parameters, config: &InterpreterConfig
         Units::Mm => Code::g(210),
     };
     note_code(parameters, config, units);
+    note_modal_macro(parameters, config, false);
     note_code(parameters, config, Code::g(530 + 10 * state.system.min(6)));
+}
+
+/// Group 12 of Fanuc: G66 while a modal macro is in force, else G67. Haas has the work coordinate
+/// systems there.
+pub(super) fn note_modal_macro(parameters: &mut Parameters, config: &InterpreterConfig, on: bool) {
+    if config.dialect == Dialect::Fanuc {
+        parameters.put(GROUPS + 12, if on { 66.0 } else { 67.0 });
+    }
 }
 
 /// Puts a code into the group that shows it.
@@ -122,6 +132,11 @@ impl Interpreter {
             number: u16::try_from(whole).unwrap_or(u16::MAX),
         };
         match variable(self.config.dialect, whole) {
+            // A number that no control here has.
+            Variable::Outside(0, what) => Err(Problem::ControlVariable {
+                number: whole,
+                what,
+            }),
             // A vacant value takes the value away.
             Variable::Kept(cell) | Variable::Vacant(cell) | Variable::Outside(cell, _) => {
                 self.parameters.put(cell, value);
