@@ -179,7 +179,7 @@ fn canon_prints_operations_and_all_errors() {
     let bench = Bench::new();
     bench
         .file("circle.ngc", CIRCLE)
-        .file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I3\nM2\n")
+        .file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I15 J0\nM2\n")
         .file("tools.tbl", "T1 P1 Z5\n");
     let text = bench.expect(0, &["canon", "circle.ngc", "--tool-table", "tools.tbl"]);
     assert!(

@@ -38,9 +38,9 @@ const fn is_mode(row: &CodeRow) -> bool {
 impl Exec<'_> {
     /// Carries out what can be told of a block in which the words of some letters were refused.
     #[cold]
-    pub(crate) fn salvage(&mut self, refused: Vec<u8>) {
+    pub(crate) fn salvage(&mut self, refused: &[u8]) {
         // F, S and T that are there but wrong count as given.
-        for letter in &refused {
+        for letter in refused {
             match letter {
                 b'F' => self.state.feed_missed = true,
                 b'S' if self.state.spindle.speed == 0.0 => self.state.spindle.speed = 1.0,
@@ -50,7 +50,7 @@ impl Exec<'_> {
                 _ => {}
             }
         }
-        self.go_on_quietly(0, 0, false, &refused);
+        self.go_on_quietly(0, 0, false, refused);
     }
 
     /// Carries out the modes among the codes from an index on and takes the motion as made.

@@ -130,7 +130,7 @@ impl Interpreter {
         }
         let refused = self.salvage_words(faulty);
         let _ = check(&mut self.words, &self.state);
-        self.exec(out).salvage(refused);
+        self.exec(out).salvage(&refused);
         self.warnings.clear();
         (self.parameters.unset_read, self.parameters.vacant_read) = (None, false);
         self.jump = None;
