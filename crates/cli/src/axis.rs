@@ -1,6 +1,6 @@
 //! `lostmotion axis`: one axis alone, and fits to what was logged of one.
 
-use crate::fits::{FitResult, SCHEMA, rad_per_unit};
+use crate::fits::{FitResult, LoadStiffness, SCHEMA, rad_per_unit};
 use crate::input;
 use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
 use crate::options::methods;
@@ -70,7 +70,8 @@ pub(crate) struct Fit {
     /// inertia)
     #[arg(long, requires = "axis")]
     pub(crate) motor_only: bool,
-    /// The axis that was logged; without it a log is checked, but no gap told
+    /// The axis that was logged; without it the motor's inertia and friction are found from the
+    /// log, too, or the fit says that they cannot be told
     #[arg(long, value_name = "FILE.toml|PRESET")]
     pub(crate) axis: Option<String>,
     /// JSON to write
@@ -301,6 +302,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         gap: 2.0 * fit.half_gap_rad / scale,
         gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
         excited: fit.excited,
+        stiffness: axis.as_ref().map(|_| LoadStiffness::new(&fit, unit, scale)),
         motor_rad_per_unit: axis.map(|_| scale),
         motor_only: args.motor_only,
         fit,
@@ -342,23 +344,52 @@ fn summary(result: &FitResult) -> String {
         .map(|reason| format!("the log does not tell the gap from zero: {reason}\n"))
         .unwrap_or_default();
     // Without the axis they are in units of the log, which their labels would misname.
-    let more = result
-        .motor_rad_per_unit
-        .map(|_| found_beside(fit))
-        .unwrap_or_default();
+    let more = match &result.stiffness {
+        Some(stiffness) => found_beside(fit, stiffness),
+        None => "without --axis inertia and friction (Coulomb, viscous) of the motor were found from the log, too; with it the interval is narrower\n".to_owned(),
+    };
     format!("gap {gap} {unit} (95 %: {low} to {high} {unit}) from {used}\n{doubt}{more}")
 }
 
-/// What was found beside the gap, at the motor's shaft.
-fn found_beside(fit: &BacklashFit) -> String {
+/// What was found beside the gap: the shaft as the load feels it, the load at the motor's shaft.
+fn found_beside(fit: &BacklashFit, stiffness: &LoadStiffness) -> String {
     let shown = |value: f64| format!("{value:.3e}");
-    let stiffness = fit
-        .stiffness_nm_per_rad
-        .map(|stiffness| format!("stiffness {} N m/rad\n", shown(stiffness)));
+    let LoadStiffness {
+        unit,
+        value,
+        interval,
+    } = stiffness;
+    let stiffness = match (*value, *interval) {
+        (Some(value), [Some(low), Some(high)]) => Some(format!(
+            "stiffness {} {unit} (95 %: {} to {})\n",
+            shown(value),
+            shown(low),
+            shown(high)
+        )),
+        // The log bends too little to tell it from a rigid shaft: a bound, not a value.
+        (_, [Some(low), _]) => Some(format!(
+            "stiffness at least {} {unit}: more cannot be told from this log\n",
+            shown(low)
+        )),
+        _ => None,
+    };
+    let milliseconds = |seconds: f64| number::plain(number::round_to(1e3 * seconds, 3));
+    let [low, high] = fit.damping_time_interval_s.map(milliseconds);
+    let damping = (fit.damping_time_interval_s[1] > 0.0).then(|| {
+        let time = milliseconds(fit.damping_time_s);
+        format!("damping time {time} ms (95 %: {low} to {high} ms)\n")
+    });
+    let late = (fit.current_late_s > 0.0).then(|| {
+        let late = milliseconds(fit.current_late_s);
+        format!("the current lags behind the positions by {late} ms or more\n")
+    });
     let load = fit.load.map(|load| {
         let (inertia, viscous) = (shown(load.inertia_kgm2), shown(load.viscous_nm_s_per_rad));
         let (coulomb, constant) = (shown(load.coulomb_nm), shown(load.constant_nm));
         format!("load {inertia} kg m2, friction {coulomb} N m and {viscous} N m s/rad, constant {constant} N m\n")
     });
-    [stiffness, load].into_iter().flatten().collect()
+    [stiffness, damping, late, load]
+        .into_iter()
+        .flatten()
+        .collect()
 }

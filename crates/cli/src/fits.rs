@@ -34,8 +34,41 @@ pub(crate) struct FitResult {
     /// Whether the load's positions were left out of it.
     #[serde(default)]
     pub(crate) motor_only: bool,
+    /// Stiffness of the shaft at the load, where the axis was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) stiffness: Option<LoadStiffness>,
     /// The fit itself.
     pub(crate) fit: BacklashFit,
+}
+
+/// Stiffness of the shaft as the load feels it.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct LoadStiffness {
+    /// `N/um` or `N m/rad`.
+    pub(crate) unit: String,
+    /// None where the shaft is stiffer than the log can tell.
+    pub(crate) value: Option<f64>,
+    /// 95 % interval; no upper end where the shaft is stiffer than the log can tell.
+    pub(crate) interval: [Option<f64>; 2],
+}
+
+impl LoadStiffness {
+    /// Of a fit in motor radian, so many of which make a unit of the log.
+    pub(crate) fn new(fit: &BacklashFit, unit: AxisUnit, rad_per_unit: f64) -> LoadStiffness {
+        // Force over distance: both turn into torque and angle by the same ratio. A newton per
+        // micrometre is 1e6 N/m, and a radian per millimetre 1e3 rad/m, whose square cancels that.
+        let (name, ratio) = match unit {
+            AxisUnit::Mm => ("N/um", rad_per_unit),
+            AxisUnit::Rad => ("N m/rad", rad_per_unit),
+            AxisUnit::Deg => ("N m/rad", rad_per_unit.to_degrees()),
+        };
+        let at_load = |motor: Option<f64>| motor.map(|stiffness| stiffness * ratio * ratio);
+        LoadStiffness {
+            unit: name.to_owned(),
+            value: at_load(fit.stiffness_nm_per_rad),
+            interval: fit.stiffness_interval_nm_per_rad.map(at_load),
+        }
+    }
 }
 
 /// Motor radian for a unit of the log.

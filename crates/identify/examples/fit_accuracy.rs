@@ -1,16 +1,25 @@
 //! Prints how well the fit does on simulated logs: error over friction and encoder, coverage of the
-//! interval.
+//! interval; or, for kinds of logs as a workshop records them, what each fit found.
 //!
 //! `cargo run --release -p lostmotion-identify --example fit_accuracy [seconds of log]`
+//! `cargo run --release -p lostmotion-identify --example fit_accuracy logs PART_OF_KIND FIRST_SEED LOGS`
 
 #[path = "../tests/it/rig/mod.rs"]
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
 use lostmotion_identify::fit_backlash;
+use rig::score::{KINDS, Score};
 use rig::{RATED_TORQUE, Rig};
 
 fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [first, part, seed, logs] = arguments.as_slice()
+        && first == "logs"
+        && let (Ok(seed), Ok(logs)) = (seed.parse::<u64>(), logs.parse::<u64>())
+    {
+        return recorded(part, seed..seed + logs);
+    }
     let seconds = std::env::args()
         .nth(1)
         .and_then(|text| text.parse().ok())
@@ -71,6 +80,41 @@ fn main() {
     ] {
         let covered = (0..200).filter(|&seed| covers(seed, pulls, noise)).count();
         println!("{name}: interval covers the truth in {covered} of 200 logs of 3 s");
+    }
+}
+
+/// What is found on the logs of some kinds, and the row of each kind in the book's table.
+fn recorded(part: &str, seeds: std::ops::Range<u64>) {
+    for kind in KINDS.into_iter().filter(|kind| kind.name.contains(part)) {
+        let score = Score::of(kind, seeds.clone(), |axis, truth, fit| {
+            let of_truth = |value: f64| 100.0 * (value / truth - 1.0);
+            let found = match fit {
+                Ok(fit) => {
+                    let [low, high] = fit.half_gap_interval_rad.map(of_truth);
+                    format!(
+                        "{:+.2} % ({low:+.2} to {high:+.2}){}",
+                        of_truth(fit.half_gap_rad),
+                        if low > 0.0 || high < 0.0 {
+                            " MISSED"
+                        } else {
+                            ""
+                        }
+                    )
+                }
+                Err(error) => error.to_string(),
+            };
+            println!(
+                "{} {:.1} um, {:.0} N/um, lead {}, friction {:.1} %, noise {:.1} %, {:?}: {found}",
+                axis.seed,
+                axis.gap_um,
+                axis.stiffness_n_per_um,
+                axis.lead_mm,
+                100.0 * axis.load_coulomb / axis.rated_torque,
+                100.0 * axis.noise,
+                axis.friction,
+            );
+        });
+        println!("| {} | {seeds:?} | {} |", kind.name, score.row());
     }
 }
 

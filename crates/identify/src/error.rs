@@ -58,9 +58,9 @@ pub enum NotExcited {
         /// Standard deviation of the torque once side and offset are taken out, over its RMS.
         variation: f64,
     },
-    /// Without the motor's data, wind-up and gap look alike.
+    /// Without the motor's data, wind-up and gap look alike in this log.
     #[error(
-        "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis; together the two are {span:.6} of the log's unit"
+        "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis (--axis); together the two are {span:.6} of the log's unit"
     )]
     MotorUnknown {
         /// Span of the position difference, in the log's unit.
@@ -75,6 +75,16 @@ pub enum NotExcited {
         noise_nm: f64,
         /// The most that is allowed, N m.
         most_nm: f64,
+    },
+    /// Seen from the motor alone, the interval is so wide that it cannot be relied upon.
+    #[error(
+        "the gap cannot be told from the motor alone, because its crossings leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log the load's position, too, or faster (4 kHz) with less noise of the current"
+    )]
+    MotorToldTooLittle {
+        /// Lower end of the 95 % interval, rad at the motor.
+        low_rad: f64,
+        /// Upper end, rad at the motor.
+        high_rad: f64,
     },
     /// The interval is so wide that the value is no use.
     #[error(
@@ -221,6 +231,9 @@ pub enum Cause {
     /// Degrees and radians.
     #[error("degrees and radians look exchanged")]
     Degrees,
+    /// Revolutions in place of rad.
+    #[error("the positions look like revolutions")]
+    Revolutions,
     /// The current has the other sign.
     #[error("the sign of the current, or of both positions, looks reversed")]
     CurrentSign,

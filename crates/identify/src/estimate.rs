@@ -32,6 +32,10 @@ pub(crate) const OFFSET: usize = 1;
 pub(crate) const COMPLIANCE: usize = 2;
 pub(crate) const DAMPING: usize = 3;
 pub(crate) const INERTIA: usize = 4;
+pub(crate) const VISCOUS: usize = 5;
+pub(crate) const COULOMB: usize = 6;
+/// Number of coefficients.
+pub(crate) const COEFFICIENTS: usize = 7;
 
 /// Inputs of an estimate.
 pub(crate) struct EstimateJob<'a> {
@@ -43,9 +47,12 @@ pub(crate) struct EstimateJob<'a> {
 
 /// Fitted coefficients with their spread, and figures of the residuals.
 pub(crate) struct Estimate {
-    pub(crate) coefficients: [f64; 5],
+    pub(crate) coefficients: [f64; COEFFICIENTS],
     pub(crate) gap_spread: Spread,
-    pub(crate) compliance_error: f64,
+    /// `None` where the compliance is given.
+    pub(crate) compliance_spread: Option<Spread>,
+    /// `None` where the damping is left out.
+    pub(crate) damping_spread: Option<Spread>,
     pub(crate) delta: f64,
     pub(crate) rms: f64,
     pub(crate) scale: f64,
@@ -74,6 +81,8 @@ impl EstimateJob<'_> {
                         sample.told_torque_nm,
                         -sample.told_rate_rad_s,
                         -window.acceleration_rad_s2,
+                        -window.velocity_rad_s,
+                        -window.velocity_rad_s.signum(),
                     ];
                     columns.map(|column| all[column])
                 })
@@ -168,6 +177,8 @@ impl EstimateJob<'_> {
                 .map_or(0.0, |stiffness| 1.0 / stiffness),
             0.0,
             0.0,
+            0.0,
+            0.0,
         ];
         columns
             .iter()
@@ -178,14 +189,12 @@ impl EstimateJob<'_> {
             .collect();
         let spread =
             |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
-        let compliance_error = match place {
-            Some(which) => spread(which)?.standard_error,
-            None => 0.0,
-        };
+        let spread_of = |place: Option<usize>| place.map(spread).transpose();
         Ok(Estimate {
             coefficients,
             gap_spread: spread(0)?,
-            compliance_error,
+            compliance_spread: spread_of(place)?,
+            damping_spread: spread_of(columns.iter().position(|&c| c == DAMPING))?,
             delta,
             rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
             outliers: residuals.iter().filter(|r| **r > delta).count(),

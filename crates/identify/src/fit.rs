@@ -2,14 +2,16 @@
 
 use crate::{
     contact::{self, Contact},
+    deadzone::MotorGuess,
     error::{FitError, NotExcited},
     estimate::{
-        COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLUTION_SHARE,
+        COMPLIANCE, COULOMB, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET,
+        RESOLUTION_SHARE, VISCOUS,
     },
-    instruments,
+    instruments::{self, Exact},
     log::BacklashLog,
     plausible,
-    result::BacklashFit,
+    result::{BacklashFit, ToldCompliance},
     settings::FitSettings,
     solver::{Clarabel, QpSolver},
     window,
@@ -74,17 +76,55 @@ pub fn fit_backlash_with(
     settings.check()?;
     plausible::check(log, settings, true)?;
     if !settings.motor_friction_known {
-        // Friction of the motor is no wind-up, friction of the load is: what is left is a bound.
-        return Err(NotExcited::MotorUnknown {
-            span: difference_span(log),
-        }
-        .into());
+        return fit_unknown(log, settings, solver);
     }
     let fit = fit_known(log, settings, solver)?;
     let [low_rad, high_rad] = fit.half_gap_interval_rad;
     // An interval as wide as the gap itself is no value, unless it says that the gap is small.
     if low_rad > 0.0 && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
         return Err(NotExcited::IntervalTooWide { low_rad, high_rad }.into());
+    }
+    Ok(fit)
+}
+
+/// The fit where nothing is known of the motor. Its inertia and friction turn up as columns of
+/// their own, and wind-up and gap are told apart by the deflection's change with the torque, the
+/// acceleration and the velocity: the gap alone changes with the flank and with nothing else.
+/// Presumed is that the motor's friction is Coulomb and viscous.
+fn fit_unknown(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<BacklashFit, FitError> {
+    // Friction of the motor is no wind-up, friction of the load is: what is left is a bound.
+    let unknown = || NotExcited::MotorUnknown {
+        span: difference_span(log),
+    };
+    // Friction of a trace makes a window tell whether the motor moves one way.
+    let bare = FitSettings {
+        motor_coulomb_nm: f64::MIN_POSITIVE,
+        ..*settings
+    };
+    let half = window::half_width(settings, log.period_s());
+    let guess = MotorGuess::of(&window::averages(log, &bare, 0.0, half)).ok_or_else(unknown)?;
+    // The flanks are told by a torque free of the motor's own; what the guess lacks is fitted.
+    let guessed = FitSettings {
+        motor_viscous_nm_s_per_rad: guess.viscous_nm_s_per_rad,
+        motor_coulomb_nm: guess.coulomb_nm.max(f64::MIN_POSITIVE),
+        ..*settings
+    };
+    let fit = match fit_at(log, &guessed, solver, guess.inertia_kgm2) {
+        Ok((_, fit)) => fit,
+        // Columns that go together leave the gap open: that is for want of the motor's data.
+        Err(FitError::NotExcited(
+            NotExcited::TooFewTraversals { .. } | NotExcited::TorqueNotVaried { .. },
+        )) => return Err(unknown().into()),
+        Err(error) => return Err(error),
+    };
+    let [low, high] = fit.half_gap_interval_rad;
+    // The gap may look like nothing, too, where it hides in the motor's columns.
+    if !fit.excited || high - low > MAX_WIDTH_SHARE * fit.half_gap_rad {
+        return Err(unknown().into());
     }
     Ok(fit)
 }
@@ -134,8 +174,12 @@ fn fit_at(
     }
     // Windows in firm contact; a log that shows too few of them is refused here.
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
-    let with_acceleration = settings.motor_inertia_kgm2.is_none();
-    let contact = instruments::tell(contact, &windows, with_acceleration);
+    let exact = match (settings.motor_friction_known, settings.motor_inertia_kgm2) {
+        (false, _) => Exact::Motion,
+        (true, None) => Exact::Acceleration,
+        (true, Some(_)) => Exact::Sides,
+    };
+    let contact = instruments::tell(contact, &windows, exact);
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
     }
@@ -158,6 +202,9 @@ fn fit_at(
         .collect();
     // The number of columns is part of the regression's type.
     let estimate = match *optional.as_slice() {
+        _ if exact == Exact::Motion => {
+            job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, VISCOUS, COULOMB])?
+        }
         [] => job.estimate([GAP, OFFSET])?,
         [a] => job.estimate([GAP, OFFSET, a])?,
         [a, b] => job.estimate([GAP, OFFSET, a, b])?,
@@ -212,18 +259,26 @@ impl Estimate {
         inertia: f64,
     ) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
-        let [half_gap, offset, compliance, damping, _] = self.coefficients;
+        let [half_gap, offset, compliance, damping, ..] = self.coefficients;
         let torque_square = contact
             .samples
             .iter()
             .map(|sample| sample.window.torque_nm * sample.window.torque_nm)
             .sum::<f64>();
         // Typical wind-up, in whose parts the model's error is allowed for.
-        let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
+        let torque_rms = (torque_square / contact.samples.len() as f64).sqrt();
+        let wind_up = compliance * torque_rms;
         let allowance = RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * wind_up;
         // Scatter and allowance add up: one is random, the other is not.
         let half_width = self.gap_spread.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
+        // The same errors seen as wind-up of the usual torque.
+        let told = ToldCompliance::new(
+            compliance,
+            self.compliance_spread
+                .map_or(0.0, |spread| spread.half_width + allowance / torque_rms),
+        );
+        let damping_half_width = self.damping_spread.map_or(0.0, |spread| spread.half_width);
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,
             upper_rad: interval[1],
@@ -234,10 +289,16 @@ impl Estimate {
             half_gap_error_rad: self.gap_spread.standard_error,
             half_gap_allowance_rad: allowance,
             compliance_rad_per_nm: compliance,
-            compliance_error_rad_per_nm: self.compliance_error,
-            stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
+            compliance_error_rad_per_nm: self
+                .compliance_spread
+                .map_or(0.0, |spread| spread.standard_error),
+            compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,
+            stiffness_nm_per_rad: told.stiffness_nm_per_rad,
+            stiffness_interval_nm_per_rad: told.stiffness_interval_nm_per_rad,
             offset_rad: offset,
             damping_time_s: damping.max(0.0),
+            damping_time_interval_s: [damping - damping_half_width, damping + damping_half_width]
+                .map(|end| end.max(0.0)),
             current_late_s: (-damping).max(0.0),
             motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,

@@ -27,13 +27,20 @@ use crate::{
 /// differences of three apart do not even share an end.
 const LAG: usize = 3;
 
+/// Which exact columns a fit has beside side and offset: they are instruments, too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exact {
+    /// None: the motor is known.
+    Sides,
+    /// The motor's acceleration: its inertia is not.
+    Acceleration,
+    /// Acceleration, velocity and its sign: nor is its friction.
+    Motion,
+}
+
 /// The contact with each sample's torque and rate as told by its instruments; samples that have
-/// none in their contact are left out. `with_acceleration`: the fit has a column of it.
-pub(crate) fn tell(
-    mut contact: Contact,
-    windows: &[WindowSample],
-    with_acceleration: bool,
-) -> Contact {
+/// none in their contact are left out.
+pub(crate) fn tell(mut contact: Contact, windows: &[WindowSample], exact: Exact) -> Contact {
     let mut rows = Vec::with_capacity(contact.samples.len());
     let sides = &contact.sides;
     contact.samples.retain(|sample| {
@@ -45,17 +52,31 @@ pub(crate) fn tell(
     });
     // An acceleration that is no column of the fit would be no instrument either: its own noise (an
     // unsteady sampling time) is part of the torque's.
-    if with_acceleration {
-        let rows = rows
-            .iter()
-            .zip(&contact.samples)
-            .map(|(&[a, b, c, d, e, f], sample)| {
-                [a, b, c, d, e, f, sample.window.acceleration_rad_s2]
-            })
-            .collect();
-        predict(&mut contact.samples, rows);
-    } else {
-        predict(&mut contact.samples, rows);
+    match exact {
+        Exact::Sides => predict(&mut contact.samples, rows),
+        Exact::Acceleration => {
+            let rows = rows
+                .iter()
+                .zip(&contact.samples)
+                .map(|(&[a, b, c, d, e, f], sample)| {
+                    [a, b, c, d, e, f, sample.window.acceleration_rad_s2]
+                })
+                .collect();
+            predict(&mut contact.samples, rows);
+        }
+        Exact::Motion => {
+            let rows = rows
+                .iter()
+                .zip(&contact.samples)
+                .map(|(&[a, b, c, d, e, f], sample)| {
+                    let motor = &sample.window;
+                    let (acceleration, velocity) =
+                        (motor.acceleration_rad_s2, motor.velocity_rad_s);
+                    [a, b, c, d, e, f, acceleration, velocity, velocity.signum()]
+                })
+                .collect();
+            predict(&mut contact.samples, rows);
+        }
     }
     contact
 }

@@ -200,30 +200,32 @@ fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
     }
 }
 
-/// The wrong unit that goes with a factor on the inertia.
+/// The wrong unit that goes best with a factor on the inertia.
 fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
-    let near = |factor: f64| {
-        let off = ratio / factor;
-        off < CAUSE_TOLERANCE && off > 1.0 / CAUSE_TOLERANCE
-    };
-    let rated_a = settings
+    // Current over inertia and current over acceleration: what a wrong unit makes of the inertia.
+    let percent = settings
         .rated_torque_nm
-        .map(|torque| torque / settings.torque_constant_nm_per_a);
-    if near(1e6) {
-        Cause::Milliseconds
-    } else if rated_a.is_some_and(|rated| near(100.0 / rated)) {
-        Cause::PercentOfRated
-    } else if near(25.4) {
-        Cause::Inches
-    } else if near(1e3) {
-        Cause::Thousand
-    } else if near(1e-3) {
-        Cause::Micrometres
-    } else if near(57.296) || near(1.0 / 57.296) {
-        Cause::Degrees
-    } else if near(settings.torque_constant_nm_per_a) {
-        Cause::TorqueForCurrent
-    } else {
-        Cause::OtherAxis
-    }
+        .map(|torque| 100.0 * settings.torque_constant_nm_per_a / torque);
+    let known = [
+        (Some(1e6), Cause::Milliseconds),
+        (percent, Cause::PercentOfRated),
+        (Some(25.4), Cause::Inches),
+        (Some(1e3), Cause::Thousand),
+        (Some(1e-3), Cause::Micrometres),
+        (Some(1.0f64.to_degrees()), Cause::Degrees),
+        (Some(1.0f64.to_radians()), Cause::Degrees),
+        (Some(std::f64::consts::TAU), Cause::Revolutions),
+        (
+            Some(settings.torque_constant_nm_per_a),
+            Cause::TorqueForCurrent,
+        ),
+    ];
+    // At least 1 for positive ratios.
+    let off = |factor: f64| (ratio / factor).max(factor / ratio);
+    known
+        .into_iter()
+        .filter_map(|(factor, cause)| Some((off(factor?), cause)))
+        .filter(|(off, _)| (1.0..CAUSE_TOLERANCE).contains(off))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(Cause::OtherAxis, |(_, cause)| cause)
 }

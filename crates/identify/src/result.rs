@@ -26,11 +26,22 @@ pub struct BacklashFit {
     pub compliance_rad_per_nm: f64,
     /// Standard error of the compliance, rad/(N m); zero where the stiffness was given.
     pub compliance_error_rad_per_nm: f64,
-    /// Stiffness of the shaft, N m/rad; `None` where the fit found no compliance.
+    /// 95 % interval of the compliance, rad/(N m), not below zero.
+    #[serde(default)]
+    pub compliance_interval_rad_per_nm: [f64; 2],
+    /// Stiffness of the shaft, N m/rad; `None` where it is stiffer than the log can tell: see the
+    /// interval's lower end.
     pub stiffness_nm_per_rad: Option<f64>,
+    /// 95 % interval of the stiffness, N m/rad; the upper end is `None` where it is stiffer than
+    /// the log can tell.
+    #[serde(default)]
+    pub stiffness_interval_nm_per_rad: [Option<f64>; 2],
     /// Damping over stiffness of the shaft, s, as far as it exceeds what the current was logged
     /// late against the positions: the two act alike; zero where it was not fitted.
     pub damping_time_s: f64,
+    /// 95 % interval of the damping time, s, not below zero.
+    #[serde(default)]
+    pub damping_time_interval_s: [f64; 2],
     /// How much later than the positions the current was logged at least, s.
     #[serde(default)]
     pub current_late_s: f64,
@@ -73,6 +84,28 @@ pub struct BacklashFit {
     pub load: Option<FittedLoad>,
     /// How the problem was solved.
     pub solver: SolverReport,
+}
+
+/// A compliance with its interval, and the stiffness that goes with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ToldCompliance {
+    pub(crate) compliance_interval_rad_per_nm: [f64; 2],
+    pub(crate) stiffness_nm_per_rad: Option<f64>,
+    pub(crate) stiffness_interval_nm_per_rad: [Option<f64>; 2],
+}
+
+impl ToldCompliance {
+    /// For a compliance that is known to this half-width.
+    pub(crate) fn new(compliance: f64, half_width: f64) -> Self {
+        let [low, high] = [(compliance - half_width).max(0.0), compliance + half_width];
+        let inverse = |value: f64| (value > 0.0).then(|| 1.0 / value);
+        ToldCompliance {
+            compliance_interval_rad_per_nm: [low, high],
+            // An interval that holds zero holds a rigid shaft: then only the lower bound is told.
+            stiffness_nm_per_rad: inverse(low).and_then(|_| inverse(compliance)),
+            stiffness_interval_nm_per_rad: [inverse(high), inverse(low)],
+        }
+    }
 }
 
 impl BacklashFit {

@@ -27,8 +27,8 @@ pub struct FitSettings {
     pub known_inertia_kgm2: Option<f64>,
     /// Rated torque of the motor, N m: names a current in percent.
     pub rated_torque_nm: Option<f64>,
-    /// Whether the motor's own friction is as given; without it the log is checked, but no gap is
-    /// told.
+    /// Whether the motor's own friction is as given; without it friction and inertia of the motor
+    /// are fitted, too, in parts of the torque constant, and presumed to be Coulomb and viscous.
     pub motor_friction_known: bool,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
     pub stiffness_nm_per_rad: Option<f64>,
@@ -118,7 +118,8 @@ impl FitSettings {
     }
 
     /// Defaults where nothing is known of the motor: torques are in A, angles in the log's unit.
-    /// The log is checked, and refused with a bound of gap and wind-up together.
+    /// Its inertia and friction are found along with the gap; a log that does not tell them apart
+    /// is refused with a bound of gap and wind-up together.
     pub fn without_axis() -> Self {
         Self {
             motor_friction_known: false,

@@ -191,6 +191,57 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     );
 }
 
+/// A part's own motion is gentle and its strokes are few: what the fit finds has to hold the gap of
+/// the preset, 10 um, or say why it cannot be told.
+#[test]
+fn the_log_of_a_part_tells_the_gap_or_why_not() {
+    let bench = Bench::new();
+    let part = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../gcode_samples/parts/inch_bracket.ngc"
+    );
+    bench.expect(0, &["plan", part, "-m", "vmc3", "-o", "plan.csv", "-q"]);
+    for axis in ["x", "y"] {
+        let (column, preset) = (format!("{axis}_mm"), format!("vmc3:{axis}"));
+        bench.expect(
+            0,
+            &[
+                "axis",
+                "run",
+                "--setpoints",
+                "plan.csv",
+                "--column",
+                &column,
+                "--axis",
+                &preset,
+                "-o",
+                "trace.csv",
+                "-q",
+            ],
+        );
+        let fit = [
+            "axis",
+            "fit",
+            "trace.csv",
+            "-o",
+            "fit.json",
+            "--axis",
+            &preset,
+        ];
+        let output = bench.run(&fit);
+        if !output.status.success() {
+            let text = String::from_utf8_lossy(&output.stderr);
+            assert!(text.contains("cannot be told, because"), "{text}");
+            continue;
+        }
+        let text = std::fs::read_to_string(bench.path("fit.json")).unwrap();
+        let fit: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let [low, high] = [0, 1].map(|end| fit["gap_interval"][end].as_f64().unwrap());
+        assert!(low <= 0.010 && 0.010 <= high, "{axis}: {low} to {high}");
+        assert!(high - low < 0.001, "{axis}: {low} to {high}");
+    }
+}
+
 #[test]
 fn machines_are_listed_shown_and_checked() {
     let bench = Bench::new();

@@ -6,7 +6,6 @@ use lostmotion_base::vec::dot;
 use crate::huber::{NormalEquations, Piece, Regression};
 
 use super::program::{LOCAL, Projected, Solved};
-use super::segments::HALF_GAP;
 use super::uncertainty::Prior;
 
 /// Added to the diagonal of normal equations of orthonormal columns, so that an empty column has
@@ -14,16 +13,17 @@ use super::uncertainty::Prior;
 const RIDGE: f64 = 1e-9;
 
 impl<const P: usize> Projected<P> {
-    /// Standard deviation of the half gap due to the uncertainty of the priors; `None` where the
-    /// equations do not determine it.
+    /// Standard deviation of the coefficient `which` due to the uncertainty of the priors; `None`
+    /// where the equations do not determine it.
     pub(super) fn prior_deviation(
         &self,
         profiled: &Regression<P>,
         solved: &Solved<P>,
         delta: f64,
         priors: &[Prior],
+        which: usize,
     ) -> Option<f64> {
-        // Curvature of the loss at the solution; its inverse tells how each equation moves the gap.
+        // Curvature of the loss at the solution; its inverse tells how each equation moves it.
         let mut normal = NormalEquations::<P>::default();
         for (k, row) in profiled.rows.iter().enumerate() {
             let residual = profiled.residual(k, &solved.x) / delta;
@@ -31,10 +31,10 @@ impl<const P: usize> Projected<P> {
         }
         let influence = crate::huber::solve_small(
             &normal.matrix,
-            &std::array::from_fn(|j| f64::from(u8::from(j == HALF_GAP))),
+            &std::array::from_fn(|j| f64::from(u8::from(j == which))),
         )?;
         let rows = self.regression.rows.iter().skip(self.equations);
-        // Shift of the gap where a prior is wrong by its own standard deviation; independent, so
+        // Shift where a prior is wrong by its own standard deviation; independent, so
         // their squares add up.
         let shifts = rows.zip(priors).map(|(row, prior)| {
             influence[prior.column] * row[prior.column] * row[prior.column] * prior.deviation

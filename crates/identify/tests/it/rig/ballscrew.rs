@@ -53,6 +53,8 @@ pub struct BallScrew {
     pub jitter_recorded: bool,
     /// By how much the logged current lags behind the positions, negative: leads, s.
     pub current_late_s: f64,
+    /// Time constant of a first-order filter before the current's recorder, s; zero for none.
+    pub current_filter_s: f64,
     pub seconds: f64,
     pub seed: u64,
 }
@@ -106,6 +108,7 @@ impl BallScrew {
             jitter_s: 0.0,
             jitter_recorded: true,
             current_late_s: 0.0,
+            current_filter_s: 0.0,
             seconds: [10.0, 20.0, 20.0, 60.0][random.below(4)],
             seed,
         };
@@ -195,6 +198,7 @@ impl BallScrew {
         let mut strokes = Strokes::new(self);
         let (mut motor, mut load) = (Mass::default(), Mass::default());
         let (mut bristle, mut current, mut wanted, mut integral) = (0.0, 0.0_f64, 0.0_f64, 0.0_f64);
+        let mut filtered = 0.0_f64;
         let steps = (self.seconds / STEP_S) as usize;
         // The pending row: where and when each of its columns is sampled, in steps.
         let mut rows = Rows::default();
@@ -236,11 +240,16 @@ impl BallScrew {
             let due = (when(pending_current) as f64 - late).round() as usize;
             if pending_current < jitters.len() && step == due {
                 rows.current_a
-                    .push(((current + noise * random.normal()) * 1e4).round() * 1e-4);
+                    .push(((filtered + noise * random.normal()) * 1e4).round() * 1e-4);
                 pending_current += 1;
             }
             // The current loop: some 2 kHz.
             current += (wanted - current) * STEP_S / 80e-6;
+            filtered = if self.current_filter_s > 0.0 {
+                filtered + (current - filtered) * STEP_S / self.current_filter_s
+            } else {
+                current
+            };
             let angle = motor.angle - load.angle;
             let depth = angle.abs() - half_gap;
             let contact = if depth > 0.0 {

@@ -2,6 +2,7 @@
 //! source of logs that shares no code with the fit or with the axis crate.
 
 pub mod ballscrew;
+pub mod score;
 
 use lostmotion_base::{Random, math};
 use lostmotion_identify::{BacklashLog, FitSettings};
