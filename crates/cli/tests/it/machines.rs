@@ -508,7 +508,8 @@ fn an_unstable_drive_is_refused_by_the_check_and_stops_the_machine() {
         "wild.toml",
         shown.replacen(gain, "velocity_gain_a_s_per_rad = 20.0", 1),
     );
-    bench.file("circle.ngc", CIRCLE);
+    // Twice as slow: the motor is overloaded after 5 s.
+    bench.file("circle.ngc", CIRCLE.replace("F1000", "F500"));
     let unstable = "the velocity loop is unstable";
     bench.refuses(&["machine", "check", "wild.toml"], &[unstable]);
     let simulate = ["simulate", "circle.ngc", "--machine", "wild.toml"];
@@ -516,7 +517,7 @@ fn an_unstable_drive_is_refused_by_the_check_and_stops_the_machine() {
     let verdict = text.lines().nth(1).unwrap_or_default();
     assert!(
         verdict.starts_with("the machine stops in line ")
-            && verdict.contains(" of X is ")
+            && verdict.contains("the motor of X is overloaded")
             && verdict.contains(unstable),
         "{text}"
     );
