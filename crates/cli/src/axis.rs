@@ -20,7 +20,7 @@ use lostmotion::report::csv::{
 };
 use lostmotion::report::{WriteError, json, number};
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `axis`.
 #[derive(Debug, Subcommand)]
@@ -98,12 +98,20 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
     }
 }
 
+/// The files that the name of an axis may stand for: FILE.toml, or FILE.toml:x.
+fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)> {
+    let machine = name.and_then(|name| Some(name.rsplit_once(':')?.0));
+    let files = name.into_iter().chain(machine);
+    files.map(|file| (Path::new(file), "file of the axis"))
+}
+
 /// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
 fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let axis = axis(&args.axis, &set_changes(&args.set)?)?;
     let cycles = args.cycles.over(axis.cycles)?;
     let file = input::open(&args.setpoints, "setpoint file")?;
     output::refuse_input(&args.out, &args.setpoints, "setpoint file")?;
+    output::refuse_inputs(&args.out, axis_files(Some(&args.axis)))?;
     let source = args
         .column
         .as_deref()
@@ -281,6 +289,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
     let name = args.log.display().to_string();
     let input = input::open(&args.log, "log")?;
     output::refuse_input(&args.out, &args.log, "log")?;
+    output::refuse_inputs(&args.out, axis_files(args.axis.as_deref()))?;
     // A file that cannot be written is found before the fit, not after it.
     let file = output::create(&args.out)?;
     let log = if args.motor_only {

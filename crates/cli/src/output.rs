@@ -188,6 +188,16 @@ pub(crate) fn refuse_input(out: &Path, input: &Path, what: &str) -> Result<(), F
     Ok(())
 }
 
+/// Refuses to write over one of the files that a command reads beside its first.
+pub(crate) fn refuse_inputs<'a>(
+    out: &Path,
+    inputs: impl IntoIterator<Item = (&'a Path, &'static str)>,
+) -> Result<(), Failure> {
+    inputs
+        .into_iter()
+        .try_for_each(|(input, what)| refuse_input(out, input, what))
+}
+
 /// Opens a folder for results, made if it does not exist.
 pub(crate) fn create_folder(path: &Path) -> Result<OutputFolder, Failure> {
     refuse_standard(path, "a folder")?;

@@ -70,6 +70,16 @@ impl MachineOptions {
         }
     }
 
+    /// The files that are read, which no output may replace.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = (&Path, &'static str)> {
+        let machine = self.machine.as_deref().map(Path::new);
+        let tools = self.tool_table.as_deref();
+        let machine = machine.map(|path| (path, "machine file"));
+        machine
+            .into_iter()
+            .chain(tools.map(|path| (path, "tool table")))
+    }
+
     /// The tool table of the file asked for.
     pub(crate) fn tools(&self) -> Result<Option<ToolTable>, Failure> {
         self.tool_table.as_deref().map(tool_table).transpose()

@@ -207,6 +207,11 @@ fn place(text: &str) -> Result<(&str, u32), Failure> {
 pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
     let voice = args.setup.reading.voice(quiet);
     let source = input::program(&args.part)?;
+    let out = args.out.as_ref().filter(|path| !is_standard(path));
+    if let Some(path) = out {
+        output::refuse_input(path, &args.part, "part program")?;
+        output::refuse_inputs(path, args.setup.on.inputs())?;
+    }
     let machine = args.setup.machine()?;
     let config = args
         .setup
@@ -222,7 +227,6 @@ pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
         return Err(findings.failure(voice));
     }
     let mut program = interpret(&source, config.clone(), Some(loader))?;
-    let out = args.out.as_ref().filter(|path| !is_standard(path));
     let result = match out {
         Some(path) => {
             let mut file = AtomicFile::create(path)?;

@@ -63,6 +63,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     // A file that cannot be written is found before the planning, not after it.
     output::refuse_input(&args.out, &args.on.part, "part program")?;
+    output::refuse_inputs(&args.out, args.on.setup.on.inputs())?;
     let create = output::create(&args.out)?;
     let mut writer = PlanWriter::new(
         create,

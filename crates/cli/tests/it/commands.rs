@@ -208,6 +208,70 @@ fn canon_prints_operations_and_all_errors() {
     );
 }
 
+/// What is read would be lost. `gcode format --write` changes a file in place, since that is asked for.
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let bench = Bench::new();
+    let machine = bench.expect(0, &["machine", "show", "bench3"]);
+    bench
+        .file("circle.ngc", CIRCLE)
+        .file("bench.toml", &machine)
+        .file("tools.tbl", "T1 P1 Z10 D6\n");
+    for (arguments, what) in [
+        (
+            &["gcode", "write", "circle.ngc", "-o", "circle.ngc"][..],
+            "the part program",
+        ),
+        (
+            &["gcode", "write", "circle.ngc", "-o", "./circle.ngc"],
+            "the part program",
+        ),
+        (
+            &[
+                "gcode",
+                "write",
+                "circle.ngc",
+                "-m",
+                "bench.toml",
+                "-o",
+                "bench.toml",
+            ],
+            "the machine file",
+        ),
+        (
+            &[
+                "gcode",
+                "write",
+                "circle.ngc",
+                "--tool-table",
+                "tools.tbl",
+                "-o",
+                "tools.tbl",
+            ],
+            "the tool table",
+        ),
+        (
+            &["plan", "circle.ngc", "-o", "circle.ngc"],
+            "the part program",
+        ),
+        (
+            &["plan", "circle.ngc", "-m", "bench.toml", "-o", "bench.toml"],
+            "the machine file",
+        ),
+    ] {
+        bench.refuses(arguments, &["the output", what, "name another file"]);
+    }
+    assert_eq!(
+        std::fs::read_to_string(bench.path("circle.ngc")).unwrap(),
+        CIRCLE
+    );
+    assert_eq!(
+        std::fs::read_to_string(bench.path("bench.toml")).unwrap(),
+        machine
+    );
+    bench.expect(0, &["gcode", "write", "circle.ngc", "-o", "plain.ngc"]);
+}
+
 #[test]
 fn plan_writes_a_row_a_millisecond() {
     let bench = Bench::new();

@@ -85,7 +85,21 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     } else {
         0
     };
-    for setting in &settings {
+    for (index, setting) in settings.iter().enumerate() {
+        // Given again further on: this one does not count, which is told.
+        let later = settings.get(index + 1..).unwrap_or_default();
+        if let Some(last) = later.iter().rfind(|other| other.code == setting.code) {
+            draft.row(
+                format!("${}", setting.code),
+                setting.value,
+                Fate::Ignored,
+                format!(
+                    "line {}: given again in line {}, which counts",
+                    setting.line, last.line
+                ),
+            );
+            continue;
+        }
         if let Err(problem) = take(&mut draft, setting, upwards) {
             problems.push(problem);
         }

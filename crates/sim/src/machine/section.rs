@@ -107,6 +107,7 @@ fn describe(
     // serde speaks of Rust types; the file's author knows tables, lists and numbers.
     let (found, expected) = said.split_once(", expected ").unwrap_or((said, ""));
     let found = if found == "map" { "a table" } else { found };
+    let found = &shortened(found);
     let expected = match expected {
         "f64" => "a number",
         "u32" => "a whole number, 0 or above",
@@ -120,6 +121,17 @@ fn describe(
         format!("found {found}, expected {expected}")
     };
     document.problem_at(span.start, path, said, String::new())
+}
+
+/// Most characters of a value that a message shows. A choice: a line of text has room for the rest.
+const SHOWN_CHARACTERS: usize = 40;
+
+/// A text with what is beyond the shown characters left out.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(SHOWN_CHARACTERS) {
+        Some((end, _)) => format!("{}...", text.get(..end).unwrap_or(text)),
+        None => text.to_owned(),
+    }
 }
 
 /// What to say of a gap in an angle where it is a distance, or the other way round.

@@ -66,6 +66,26 @@ fn grbl_settings() {
     );
 }
 
+/// The last of two counts, as on the machine; the one before it is told.
+#[test]
+fn a_grbl_setting_that_is_given_twice_is_told() {
+    let text = GRBL.replace("$112=", "$110=3000\n$112=");
+    let (imported, machine) = imported("dump.txt", &text);
+    assert_eq!(machine.axis(AxisId::X).unwrap().limits.velocity, 50.0);
+    let rows: Vec<_> = imported
+        .rows
+        .iter()
+        .filter(|row| row.key == "$110")
+        .collect();
+    assert_eq!(rows.len(), 2);
+    assert_eq!(
+        (rows[0].fate, rows[0].value.as_str()),
+        (Fate::Ignored, "1500.000")
+    );
+    assert_eq!(rows[0].note, "line 6: given again in line 8, which counts");
+    assert_eq!((rows[1].fate, rows[1].value.as_str()), (Fate::Used, "3000"));
+}
+
 /// grblHAL: gaps, and an origin at the switches, of which X's and Z's are at the lower end.
 #[test]
 fn grblhal_settings() {
