@@ -152,6 +152,8 @@ pub enum StopLimit {
     Travel,
     /// Warmth of the motor by the square of its current.
     Overload,
+    /// Time at the drive's current or voltage limit without a break.
+    AtLimit,
 }
 
 impl std::fmt::Display for StopLimit {
@@ -160,6 +162,7 @@ impl std::fmt::Display for StopLimit {
             StopLimit::FollowingError => "following error",
             StopLimit::Travel => "motor position",
             StopLimit::Overload => "overload",
+            StopLimit::AtLimit => "time at the drive's limit",
         })
     }
 }
@@ -183,12 +186,12 @@ pub struct StopResult {
     /// Tool tip commanded then, mm, from the program's zero.
     pub at_mm: [f64; 3],
     /// Unit of the two values below: `um` or `mdeg` of a following error, `mm` or `deg` of a
-    /// position, `%` of an overload.
+    /// position, `%` of an overload, `s` at the drive's limit.
     pub unit: String,
     /// What it was, signed.
     pub value: f64,
     /// The limit: of a following error its magnitude, of the travel its end with the overtravel, of
-    /// an overload 100.
+    /// an overload 100, else the longest time.
     pub allowed: f64,
     /// How long the drive had been at its current or voltage limit by then, s.
     pub at_limit_s: f64,

@@ -540,6 +540,8 @@ fn an_unstable_drive_is_refused_by_the_check_and_stops_the_machine() {
                 "axis.x.monitoring.overtravel_units=0",
                 "--set",
                 "axis.x.monitoring.continuous_current_a=0",
+                "--set",
+                "axis.x.monitoring.at_limit_s=0",
             ],
         ]
         .concat(),

@@ -1,6 +1,6 @@
 //! Limits that a control watches while an axis moves: past one of them the machine stops.
 
-use super::check::{AxisConfigError, between, positive};
+use super::check::{AxisConfigError, between, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// The largest limit of a position that is read, in the axis' unit: beyond any travel.
@@ -15,7 +15,8 @@ const LARGEST_CURRENT_A: f64 = 1e6;
 /// `max(standstill_error, following_error v/v_max)` at the commanded speed `v`, as in LinuxCNC
 /// (`FERROR`, `MIN_FERROR`). The current is watched by a motor that warms up with its square from 0
 /// at the start, `heat' = ((i/continuous_current)^2 - heat)/overload_time`; it is overloaded above
-/// 1.
+/// 1. A drive that is at its limits for long follows its command no more: a loop that swings, or an
+/// axis that is blocked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Monitoring {
@@ -40,12 +41,21 @@ pub struct Monitoring {
     /// for 0.29 times as long.
     #[serde(default = "overload_time_s")]
     pub overload_time_s: f64,
+    /// Longest time that the drive may be at its current or voltage limit without a break, s; 0
+    /// switches it off.
+    #[serde(default = "at_limit_s")]
+    pub at_limit_s: f64,
 }
 
 /// A motor of 2.7 times its rated torque bears it for 2.9 s with this; drives allow their peak
 /// current for 1 to 5 s.
 fn overload_time_s() -> f64 {
     20.0
+}
+
+/// A choice: no acceleration of the embedded machines takes as long.
+fn at_limit_s() -> f64 {
+    1.0
 }
 
 impl Default for Monitoring {
@@ -56,6 +66,7 @@ impl Default for Monitoring {
             overtravel_units: None,
             continuous_current_a: None,
             overload_time_s: overload_time_s(),
+            at_limit_s: at_limit_s(),
         }
     }
 }
@@ -68,6 +79,7 @@ impl Monitoring {
         overtravel_units: Some(0.0),
         continuous_current_a: Some(0.0),
         overload_time_s: 20.0,
+        at_limit_s: 0.0,
     };
 
     /// Whether everything follows from the axis.
@@ -98,6 +110,7 @@ impl Monitoring {
         if let Some(standstill) = self.standstill_error_units {
             positive("standstill_error_units", standstill)?;
         }
-        positive("overload_time_s", self.overload_time_s)
+        positive("overload_time_s", self.overload_time_s)?;
+        not_negative("at_limit_s", self.at_limit_s)
     }
 }

@@ -151,6 +151,10 @@ pub(super) fn stop_reason(stop: &StopResult) -> String {
             fixed(*value, 3),
             fixed(*allowed, 3)
         ),
+        StopLimit::AtLimit => format!(
+            "the drive of {motor} is at its current or voltage limit for more than {} s without a break",
+            plain(*allowed)
+        ),
         // The value is beyond the limit by a fraction of a command cycle's.
         _ => format!("the motor of {motor} is overloaded by its current"),
     };

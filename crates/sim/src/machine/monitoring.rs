@@ -34,6 +34,8 @@ pub struct MonitorLimits {
     pub travel: Option<[f64; 2]>,
     /// Of the current.
     pub overload: Option<OverloadLimit>,
+    /// Of the time that the drive is at its current or voltage limit without a break, s.
+    pub at_limit_s: Option<f64>,
 }
 
 /// How far the motor may be behind its command, or ahead of it.
@@ -129,6 +131,7 @@ impl MachineAxis {
                 continuous_a,
                 time_s: told.overload_time_s,
             }),
+            at_limit_s: (told.at_limit_s > 0.0).then_some(told.at_limit_s),
         }
     }
 }

@@ -218,6 +218,7 @@ fn stop_result(stop: &Stop, choice: &Choice, machine: &Machine, tally: &Tally) -
         StopLimit::FollowingError => (small, per_unit * 1e3),
         StopLimit::Travel => (large, per_unit),
         StopLimit::Overload => ("%", 100.0),
+        StopLimit::AtLimit => ("s", 1.0),
     };
     let servo = tally.cycles.servo();
     let seen = stop.drives.get(stop.drive).copied().unwrap_or_default();
@@ -229,7 +230,8 @@ fn stop_result(stop: &Stop, choice: &Choice, machine: &Machine, tally: &Tally) -
         let correction = seen.correction * per_unit * 1e3;
         reasons.push(format!("the compensator asks for {correction:.0} {small}"));
     }
-    if at_limit_s > 0.0 {
+    // Of a stop by that time the limit itself says it.
+    if at_limit_s > 0.0 && stop.limit != StopLimit::AtLimit {
         let text = "the drive was at its current or voltage limit for";
         reasons.push(format!("{text} {at_limit_s:.3} s"));
     }
@@ -262,12 +264,12 @@ fn instability(choice: &Choice, config: &AxisConfig) -> Option<String> {
 }
 
 /// How far the motor is off its command or its travel, in the axis' unit: a correction of that size
-/// is what took it there. No correction explains an overload.
+/// is what took it there. No correction explains a drive at its limits.
 fn excess(stop: &Stop) -> f64 {
     match stop.limit {
         StopLimit::FollowingError => stop.value.abs(),
         StopLimit::Travel => (stop.value - stop.allowed).abs(),
-        StopLimit::Overload => f64::INFINITY,
+        StopLimit::Overload | StopLimit::AtLimit => f64::INFINITY,
     }
 }
 

@@ -38,6 +38,7 @@ impl Monitor {
     /// Of a machine at rest, its motors cold.
     pub(crate) fn new(machine: &Machine) -> Monitor {
         let period_s = machine.cycles().command().period_s();
+        let servo_ticks = machine.cycles().servo_ticks();
         let firsts = machine.axes().iter().map(MachineAxis::monitor_limits);
         let second = machine.gantry().and_then(|gantry| {
             let axis = machine.axis(gantry.axis)?;
@@ -46,9 +47,9 @@ impl Monitor {
         Monitor {
             motors: firsts
                 .chain(second)
-                .map(|limits| MotorMonitor::new(limits, period_s))
+                .map(|limits| MotorMonitor::new(limits, period_s, servo_ticks as u64))
                 .collect(),
-            servo_ticks: machine.cycles().servo_ticks(),
+            servo_ticks,
         }
     }
 
@@ -116,10 +117,14 @@ struct MotorMonitor {
     /// Warmth: 1 is that of the continuous current.
     heat: f64,
     last_reference: Option<f64>,
+    servo_ticks: u64,
+    /// Servo ticks at a limit up to the last cycle, and the cycles in a row of nothing else.
+    saturated_samples: u64,
+    limited_cycles: u64,
 }
 
 impl MotorMonitor {
-    fn new(limits: MonitorLimits, period_s: f64) -> MotorMonitor {
+    fn new(limits: MonitorLimits, period_s: f64, servo_ticks: u64) -> MotorMonitor {
         // The first-order lag over a cycle with the current held, exactly: 1 - exp(-h/T).
         let warming = limits
             .overload
@@ -130,6 +135,9 @@ impl MotorMonitor {
             warming,
             heat: 0.0,
             last_reference: None,
+            servo_ticks,
+            saturated_samples: 0,
+            limited_cycles: 0,
         }
     }
 
@@ -149,6 +157,16 @@ impl MotorMonitor {
             let ratio = seen.current_squared / (continuous_a * continuous_a);
             self.heat += self.warming * (ratio - self.heat);
         }
+        let limited = seen
+            .saturated_samples
+            .saturating_sub(self.saturated_samples);
+        self.saturated_samples = seen.saturated_samples;
+        // One servo tick within the limits is a break.
+        self.limited_cycles = if limited >= self.servo_ticks {
+            self.limited_cycles + 1
+        } else {
+            0
+        };
         let within = |value: f64, low: f64, high: f64| value >= low && value <= high;
         if let Some(limit) = self.limits.following {
             // The mean speed of the cycle.
@@ -167,6 +185,12 @@ impl MotorMonitor {
         if self.limits.overload.is_some() && !within(self.heat, 0.0, 1.0) {
             return passed(StopLimit::Overload, self.heat, 1.0);
         }
+        if let Some(allowed) = self.limits.at_limit_s {
+            let time_s = self.limited_cycles as f64 * self.period_s;
+            if !within(time_s, 0.0, allowed) {
+                return passed(StopLimit::AtLimit, time_s, allowed);
+            }
+        }
         None
     }
 }
@@ -177,13 +201,14 @@ mod tests {
     use crate::machine::FollowingLimit;
 
     fn motor(limits: MonitorLimits) -> MotorMonitor {
-        MotorMonitor::new(limits, 1e-3)
+        MotorMonitor::new(limits, 1e-3, 4)
     }
 
     const NOTHING: MonitorLimits = MonitorLimits {
         following: None,
         travel: None,
         overload: None,
+        at_limit_s: None,
     };
 
     #[test]
@@ -258,6 +283,27 @@ mod tests {
                     "{speed} {part}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn a_drive_at_its_limit_is_stopped_unless_there_is_a_break() {
+        for (break_every, stops_at) in [(10_000, Some(251)), (252, Some(251)), (250, None)] {
+            let mut motor = motor(MonitorLimits {
+                at_limit_s: Some(0.25),
+                ..NOTHING
+            });
+            let mut saturated_samples = 0;
+            let found = (1..1000).find(|cycle| {
+                // Three of four servo ticks are a break.
+                saturated_samples += if cycle % break_every == 0 { 3 } else { 4 };
+                let seen = Monitored {
+                    saturated_samples,
+                    ..Monitored::default()
+                };
+                motor.step(&seen).is_some()
+            });
+            assert_eq!(found, stops_at, "{break_every}");
         }
     }
 

@@ -271,6 +271,27 @@ fn an_unstable_drive_stops_the_machine_and_is_said_to_be_unstable() {
     assert_eq!(run.recommended, None);
 }
 
+/// A current loop that swings at the limits of its voltage warms no motor: the drive is at its limit
+/// without a break.
+#[test]
+fn an_unstable_current_loop_stops_the_machine_within_the_time_at_the_limit() {
+    let machine = Machine::preset("vmc3")
+        .unwrap()
+        .edit(|m| m.axis("x").drive.current_gain_v_per_a = 60.0)
+        .unwrap();
+    let run = run(&machine, "G21 G90 G17\nG0 X10 Y0\nG3 I-10 J0 F1000\nM2\n");
+    let stop = stop(&run).expect("it does not stop");
+    assert_eq!((stop.axis, stop.limit), (AxisId::X, StopLimit::AtLimit));
+    assert!(
+        stop.reason.contains("the current loop is unstable"),
+        "{stop:?}"
+    );
+    assert!(
+        (stop.value - 1.001).abs() < 1e-9 && stop.time_s < 2.0,
+        "{stop:?}"
+    );
+}
+
 fn method<'a>(run: &'a Run, name: &str) -> &'a MethodResult {
     run.result(name).unwrap()
 }
