@@ -268,7 +268,18 @@ impl Estimate {
         // Typical wind-up, in whose parts the model's error is allowed for.
         let torque_rms = (torque_square / contact.samples.len() as f64).sqrt();
         let wind_up = compliance * torque_rms;
-        let allowance = RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * wind_up;
+        // A current that comes late is taken for a mere delay. What delays it is more often a filter,
+        // whose lag depends on the frequency: its whole effect is allowed for.
+        let rate_square = contact
+            .samples
+            .iter()
+            .map(|sample| sample.told_rate_rad_s * sample.told_rate_rad_s)
+            .sum::<f64>();
+        let rate_rms = (rate_square / contact.samples.len() as f64).sqrt();
+        let late_s = (-damping).max(0.0);
+        let allowance = RESOLUTION_SHARE * log.resolution_rad()
+            + MODEL_ERROR_SHARE * wind_up
+            + late_s * rate_rms;
         // Scatter and allowance add up: one is random, the other is not.
         let half_width = self.gap_spread.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
@@ -299,7 +310,7 @@ impl Estimate {
             damping_time_s: damping.max(0.0),
             damping_time_interval_s: [damping - damping_half_width, damping + damping_half_width]
                 .map(|end| end.max(0.0)),
-            current_late_s: (-damping).max(0.0),
+            current_late_s: late_s,
             motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,

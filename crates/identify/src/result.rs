@@ -17,10 +17,11 @@ pub struct BacklashFit {
     pub half_gap_interval_rad: [f64; 2],
     /// Standard error of the half gap, rad, from the scatter between blocks of the log.
     pub half_gap_error_rad: f64,
-    /// Allowance for errors that scatter does not show, rad: 2 % of the encoders' resolution and
-    /// 0.05 % of the wind-up. Errors of the motor data are not included (a fit from the motor alone
-    /// allows 0.3 % of the wind-up, and 1 % of the gap where the compliance cannot be told from
-    /// it): a torque constant wrong by a share e shifts the half gap by up to e times the wind-up.
+    /// Allowance for errors that scatter does not show, rad: 2 % of the encoders' resolution,
+    /// 0.05 % of the wind-up and what a late current shifts. Errors of the motor data are not
+    /// included (a fit from the motor alone allows 0.3 % of the wind-up, and 1 % of the gap where
+    /// the compliance cannot be told from it): a torque constant wrong by a share e shifts the half
+    /// gap by up to e times the wind-up.
     pub half_gap_allowance_rad: f64,
     /// Compliance of the shaft, rad/(N m).
     pub compliance_rad_per_nm: f64,

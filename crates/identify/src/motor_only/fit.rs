@@ -52,7 +52,7 @@ const MODEL_ERROR_SHARE: f64 = 3e-3;
 const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
 /// Width of the interval, in parts of the half gap, from which on the gap counts as not told. Tuned
 /// on logs of a ball screw at 1 kHz: wider intervals miss the gap in a quarter of them.
-const MAX_WIDTH_SHARE: f64 = 0.3;
+const MAX_WIDTH_SHARE: f64 = 0.28;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
 ///

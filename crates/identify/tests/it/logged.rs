@@ -44,6 +44,39 @@ fn logs_of_a_friction_that_no_model_has() {
     score("odd friction", 92_000..92_016).holds(0.9);
 }
 
+/// The shaft gives less than the log can tell: a lower bound of its stiffness that is true, and no
+/// value.
+#[test]
+fn a_shaft_stiffer_than_can_be_told_has_a_bound() {
+    let mut bounds = 0;
+    for seed in 93_000..93_008 {
+        let axis = BallScrew {
+            stiffness_n_per_um: 60_000.0,
+            scale_um: 1.0,
+            noise: 0.05,
+            seconds: 20.0,
+            ..BallScrew::random(seed)
+        };
+        let log = axis.log(&axis.record()).unwrap();
+        let Ok(fit) = fit_backlash(&log, &axis.settings()) else {
+            continue;
+        };
+        let [low, high] = fit.stiffness_interval_nm_per_rad;
+        let low = low.unwrap();
+        assert!(low <= 1.05 * axis.stiffness(), "{seed}: {fit:?}");
+        assert_eq!(fit.stiffness_nm_per_rad.is_some(), high.is_some());
+        // a bound that says nothing would be no figure either
+        assert!(low > 0.01 * axis.stiffness(), "{seed}: {fit:?}");
+        bounds += usize::from(high.is_none());
+        let [shortest, longest] = fit.damping_time_interval_s;
+        assert!(
+            0.0 <= shortest && shortest <= fit.damping_time_s && fit.damping_time_s <= longest,
+            "{fit:?}"
+        );
+    }
+    assert!(bounds >= 2, "{bounds}");
+}
+
 /// Whether value and interval of the stiffness hold for usual shafts.
 #[test]
 fn the_interval_of_the_stiffness_holds_it() {

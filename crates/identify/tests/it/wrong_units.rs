@@ -72,6 +72,41 @@ fn positions_in_metres_degrees_or_revolutions() {
     }
 }
 
+/// A torque in place of the current is off by the torque constant. Of 0.55 N m/A it is refused, if
+/// the log is clean enough to tell; of 1.08 N m/A it looks like a workpiece, and the gap is off by up
+/// to 8 % of the wind-up.
+#[test]
+fn a_torque_for_the_current() {
+    let mut refused = 0;
+    for seed in 300..308 {
+        let axis = axis(seed);
+        let mut rows = axis.record();
+        scale(&mut rows.current_a, axis.torque_constant);
+        let log = axis.log(&rows).unwrap();
+        match fit_backlash(&log, &axis.settings()) {
+            Err(FitError::Implausible {
+                cause: Cause::TorqueForCurrent,
+                ..
+            }) => refused += 1,
+            Ok(fit) => {
+                let [low, high] = fit.half_gap_interval_rad;
+                let truth = axis.half_gap();
+                let doubt = if axis.torque_constant < 1.0 {
+                    0.0
+                } else {
+                    high - low
+                };
+                assert!(
+                    low - doubt <= truth && truth <= high + doubt,
+                    "{seed}: {low} {truth} {high}"
+                );
+            }
+            Err(error) => assert!(matches!(error, FitError::NotExcited(_)), "{seed}: {error}"),
+        }
+    }
+    assert!((1..=6).contains(&refused), "{refused}");
+}
+
 #[test]
 fn columns_in_different_units() {
     let found = cause_of(|_, rows| scale(&mut rows.load_mm, 1.0 / 25.4));
