@@ -9,7 +9,7 @@
 //! position.
 
 use super::response::StateSpace;
-use lostmotion_base::matrix::Matrix;
+use lostmotion_base::matrix::SquareMatrix;
 use lostmotion_drive::config::Drive;
 use lostmotion_drive::servo::Filters;
 use lostmotion_methods::AxisConfig;
@@ -53,7 +53,7 @@ pub enum Feedback {
 
 /// The linear axis.
 pub(super) struct Model {
-    step: Matrix,
+    step: SquareMatrix,
     drive: Drive,
     filters: Filters,
     back_emf: f64,
@@ -202,7 +202,7 @@ impl Model {
 }
 
 /// The plant's equations of motion, the voltage as one more column.
-fn equations(config: &AxisConfig, coupling: Coupling, plant: usize) -> Matrix {
+fn equations(config: &AxisConfig, coupling: Coupling, plant: usize) -> SquareMatrix {
     let (motor, load) = (&config.motor, config.reflected_load());
     let (stiffness, damping) = (
         coupling.share * load.stiffness_nm_per_rad,
@@ -212,7 +212,7 @@ fn equations(config: &AxisConfig, coupling: Coupling, plant: usize) -> Matrix {
         (config.motor_side_inertia_kgm2(), motor.phase_inductance_h());
     let motor_viscous = motor.viscous_nm_s_per_rad + coupling.extra_viscous[0];
     let load_viscous = load.viscous_nm_s_per_rad + coupling.extra_viscous[1];
-    let mut a = Matrix::zero(plant + 1);
+    let mut a = SquareMatrix::zero(plant + 1);
     // Voltage equation of the winding.
     a.set(CURRENT, CURRENT, -motor.phase_resistance_ohm() / inductance);
     a.set(CURRENT, MOTOR, -motor.back_emf_v_s_per_rad() / inductance);

@@ -1,7 +1,7 @@
 //! Linear systems in discrete time, and their frequency response.
 
 use lostmotion_base::math;
-use lostmotion_base::matrix::Matrix;
+use lostmotion_base::matrix::SquareMatrix;
 
 /// A complex number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,7 +59,7 @@ impl Complex {
 /// `x(k+1) = A x + b u`, `y = c x + d u`.
 #[derive(Clone, Debug)]
 pub(super) struct StateSpace {
-    pub(super) a: Matrix,
+    pub(super) a: SquareMatrix,
     b: Vec<f64>,
     c: Vec<f64>,
     d: f64,
@@ -76,7 +76,7 @@ impl StateSpace {
         step: impl Fn(&mut [f64], f64) -> f64,
     ) -> StateSpace {
         let mut out = StateSpace {
-            a: Matrix::zero(size),
+            a: SquareMatrix::zero(size),
             b: vec![0.0; size],
             c: vec![0.0; size],
             d: 0.0,

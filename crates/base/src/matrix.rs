@@ -3,9 +3,9 @@
 //! For a handful of states; [`crate::linalg`] has the solvers of fixed size.
 //!
 //! ```
-//! use lostmotion_base::matrix::Matrix;
+//! use lostmotion_base::matrix::SquareMatrix;
 //!
-//! let mut decay = Matrix::zero(2);
+//! let mut decay = SquareMatrix::zero(2);
 //! decay.set(0, 0, -1.0);
 //! decay.set(1, 1, -2.0);
 //! let step = decay.exponential();
@@ -17,23 +17,23 @@ use crate::math;
 
 /// A square matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Matrix {
+pub struct SquareMatrix {
     size: usize,
     entries: Vec<f64>,
 }
 
-impl Matrix {
+impl SquareMatrix {
     /// All entries 0.
-    pub fn zero(size: usize) -> Matrix {
-        Matrix {
+    pub fn zero(size: usize) -> SquareMatrix {
+        SquareMatrix {
             size,
             entries: vec![0.0; size * size],
         }
     }
 
     /// 1 on the diagonal, 0 elsewhere.
-    pub fn identity(size: usize) -> Matrix {
-        let mut out = Matrix::zero(size);
+    pub fn identity(size: usize) -> SquareMatrix {
+        let mut out = SquareMatrix::zero(size);
         for i in 0..size {
             out.set(i, i, 1.0);
         }
@@ -45,30 +45,30 @@ impl Matrix {
         self.size
     }
 
-    /// An entry; both places are below [`Matrix::size`].
+    /// An entry; both places are below [`SquareMatrix::size`].
     pub fn get(&self, row: usize, column: usize) -> f64 {
         self.entries[row * self.size + column]
     }
 
-    /// Sets an entry; both places are below [`Matrix::size`].
+    /// Sets an entry; both places are below [`SquareMatrix::size`].
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
         self.entries[row * self.size + column] = value;
     }
 
-    /// The entries of a row, which is below [`Matrix::size`].
+    /// The entries of a row, which is below [`SquareMatrix::size`].
     pub fn row(&self, row: usize) -> &[f64] {
         &self.entries[row * self.size..(row + 1) * self.size]
     }
 
     /// Every entry times a factor.
-    pub fn scaled(mut self, factor: f64) -> Matrix {
+    pub fn scaled(mut self, factor: f64) -> SquareMatrix {
         self.entries.iter_mut().for_each(|entry| *entry *= factor);
         self
     }
 
     /// `self` times `other`, which is of the same size.
-    pub fn product(&self, other: &Matrix) -> Matrix {
-        let mut out = Matrix::zero(self.size);
+    pub fn product(&self, other: &SquareMatrix) -> SquareMatrix {
+        let mut out = SquareMatrix::zero(self.size);
         for (target, row) in out
             .entries
             .chunks_mut(self.size.max(1))
@@ -99,7 +99,7 @@ impl Matrix {
     }
 
     /// `exp(self)` by scaling, 20 Taylor terms and squaring.
-    pub fn exponential(&self) -> Matrix {
+    pub fn exponential(&self) -> SquareMatrix {
         let mut squarings = 0;
         let mut scale = 1.0;
         // Scaling: a small norm makes the series converge fast.
@@ -108,7 +108,7 @@ impl Matrix {
             squarings += 1;
         }
         let step = self.clone().scaled(scale);
-        let mut term = Matrix::identity(self.size);
+        let mut term = SquareMatrix::identity(self.size);
         let mut sum = term.clone();
         // Taylor: the term is step^n / n!.
         for n in 1..=20_u32 {
@@ -145,7 +145,7 @@ impl Matrix {
 
     /// A similar matrix whose rows and columns are alike in size (Osborne's iteration, powers of
     /// two): states in A, V and rad side by side would otherwise cost digits.
-    fn balanced(mut self) -> Matrix {
+    fn balanced(mut self) -> SquareMatrix {
         for _ in 0..20 {
             let mut changed = false;
             for i in 0..self.size {
@@ -175,8 +175,8 @@ impl Matrix {
 mod tests {
     use super::*;
 
-    fn of<const N: usize>(rows: [[f64; N]; N]) -> Matrix {
-        Matrix {
+    fn of<const N: usize>(rows: [[f64; N]; N]) -> SquareMatrix {
+        SquareMatrix {
             size: N,
             entries: rows.concat(),
         }

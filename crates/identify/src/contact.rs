@@ -6,7 +6,8 @@ use lostmotion_base::math::quantile;
 /// Median of the absolute value of a standard normal variable.
 pub(crate) const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Share of the log's largest torque from which on the side counts as known, unless the torque's
-/// noise is larger. Origin unknown, kept.
+/// noise is larger. A choice: smaller takes samples in the gap for contact, larger gives up slow
+/// strokes.
 pub(crate) const MIN_TORQUE_SHARE: f64 = 0.02;
 /// Standard deviations of noise that a torque or a slip has to exceed to count. Derived: normal
 /// noise exceeds six of them once in 5e8 samples.

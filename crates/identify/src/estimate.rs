@@ -11,7 +11,8 @@ use crate::{
 };
 use lostmotion_base::math::quantile;
 
-/// Rounds in which the residual scale and the fit settle on one another. Origin unknown, kept.
+/// Rounds in which the residual scale and the fit settle on one another. A choice: the third moves
+/// the scale by less than its own error.
 const SCALE_ROUNDS: usize = 3;
 /// Most samples of the thinned copy on which they settle. A choice: the scale of so many residuals
 /// is known to some 3 %.

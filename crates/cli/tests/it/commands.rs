@@ -112,7 +112,7 @@ fn a_recommendation_is_tested_and_is_what_the_control_can_do() {
         text.contains("fixed: not recommended: a fanuc control has no such function"),
         "{text}"
     );
-    assert!(text.contains("told 30 % too small or too large"), "{text}");
+    assert!(text.contains("told 30 % too small and too large"), "{text}");
     let table = bench.expect(0, &[&run[..], &["--sensitivity", "20"]].concat());
     assert!(
         table.contains("gap x 0.80") && table.contains("gap x 1.20"),

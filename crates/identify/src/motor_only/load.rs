@@ -14,7 +14,8 @@ use crate::{
 const MIN_SLIDING_WINDOWS: usize = 20;
 /// Share of the largest speed below which the direction of sliding is not sure.
 const SLOW_SHARE: f64 = 0.02;
-/// Most windows that the regression takes; of more, every n-th. Origin unknown, kept.
+/// Most windows that the regression takes; of more, every n-th. A choice: bounds the work; windows
+/// beside each other tell the same.
 const MAX_SLIDING_WINDOWS: usize = 4000;
 
 /// `T = J alpha + b w + T_f sign(w) + T_0` over the windows that slide in settled contact.

@@ -23,21 +23,26 @@ use crate::window::WindowSample;
 /// Part of the friction up to which a load certainly rests. A choice: the remainder is left to the
 /// friction's error and the torque's noise.
 const RESTING_SHARE: f64 = 0.85;
-/// Windows of each side that a crossing takes at most. Origin unknown, kept.
+/// Windows of each side that a crossing takes at most. A choice: more average more noise, and let
+/// more error of the inertia into the load's motion.
 const MAX_WINDOWS_PER_SIDE: usize = 24;
-/// Windows after the break-away of a resting load that a crossing takes at most. Origin unknown,
-/// kept.
+/// Windows after the break-away of a resting load that a crossing takes at most. A choice: soon
+/// after it the load's friction decides, which is known less well than its rest.
 const WINDOWS_AFTER_BREAKAWAY: usize = 10;
-/// Windows between the motor's reversal and the load's certain rest. Origin unknown, kept.
+/// Windows between the motor's reversal and the load's certain rest. A choice: fewer take the
+/// shaft's swing for rest, more give up short crossings.
 const WINDOWS_AFTER_REVERSAL: usize = 5;
-/// Fewest windows on each side of a crossing. Origin unknown, kept.
+/// Fewest windows on each side of a crossing. Derived: one more than the side's offset needs, so
+/// that a residual tells of the noise.
 const MIN_WINDOWS_PER_SIDE: usize = 2;
-/// Least speed of a load that slides through, over that at the start. Origin unknown, kept.
+/// Least speed of a load that slides through, over that at the start. A choice: a slower load may
+/// have stopped within the error of the friction.
 const MIN_SPEED_SHARE: f64 = 0.1;
 /// Longest crossing of a load that slides, in windows: errors of the torque add up in its motion.
-/// Origin unknown, kept.
+/// A choice: a torque off by 1 % moves a load that coasts with the square of the time.
 const LONGEST_SLIDING: usize = 300;
-/// Longest crossing of a load that rests, in windows. Origin unknown, kept.
+/// Longest crossing of a load that rests, in windows. A choice: bounds the work; the load does not
+/// move meanwhile.
 const LONGEST_RESTING: usize = 1000;
 
 /// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c -

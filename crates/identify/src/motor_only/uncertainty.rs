@@ -27,7 +27,8 @@ const WALK_SHARE: f64 = 0.1;
 /// How late a sampled current may be, in sampling periods. A choice: half, as of a mean over the
 /// period.
 const MAX_LATENESS: f64 = 0.5;
-/// Longest damping time d/k of a shaft, s. Origin unknown, kept.
+/// Longest damping time d/k of a shaft, s. Derived: 10 % of critical damping at 16 Hz, below the
+/// first resonance of any feed drive.
 const MAX_DAMPING_TIME_S: f64 = 2e-3;
 
 /// Scale and compliance that a round of the fit found, for the next one.

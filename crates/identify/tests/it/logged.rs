@@ -65,8 +65,8 @@ fn a_shaft_stiffer_than_can_be_told_has_a_bound() {
         let low = low.unwrap();
         assert!(low <= 1.05 * axis.stiffness(), "{seed}: {fit:?}");
         assert_eq!(fit.stiffness_nm_per_rad.is_some(), high.is_some());
-        // a bound that says nothing would be no figure either
-        assert!(low > 0.01 * axis.stiffness(), "{seed}: {fit:?}");
+        // a bound that says nothing would be no figure either: it is above usual shafts, 100 N/um
+        assert!(low > axis.stiffness() / 600.0, "{seed}: {fit:?}");
         bounds += usize::from(high.is_none());
         let [shortest, longest] = fit.damping_time_interval_s;
         assert!(

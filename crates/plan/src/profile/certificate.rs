@@ -8,14 +8,12 @@
 //! known: the middle's distance from the chord stands for the bound.
 
 use super::Section;
-use super::course::{JointCourse, JointPlace};
+use super::course::{JointCourse, JointPlace, KEPT_SHARE};
 use crate::demand::JointDerivs;
 use crate::motion::{Knot, PathState};
 use lostmotion_base::AXES;
 use lostmotion_kinematics::JointMap;
 
-/// Part of a limit up to which it counts as kept: 1 and rounding.
-pub(super) const KEPT_SHARE: f64 = 1.0 + 1e-6;
 /// Halvings of a stretch in search of a proof, at most: each takes three quarters of the distance
 /// from the chord.
 const PROOF_HALVINGS: u32 = 10;

@@ -3,11 +3,13 @@
 
 use super::Section;
 use super::barrier::{BarrierProblem, Row};
-use super::certificate::KEPT_SHARE;
 use super::spline::Grid;
 use crate::demand::JointDerivs;
 use lostmotion_base::AXES;
 use lostmotion_kinematics::JointMap;
+
+/// Part of a limit up to which it counts as kept: 1 and rounding.
+pub(super) const KEPT_SHARE: f64 = 1.0 + 1e-6;
 
 /// Derivatives of the joints by the path at a place, and the largest speed of the path parameter
 /// that the feed and the chords allow, 1/s.

@@ -2,8 +2,8 @@
 //! method.
 
 use super::barrier::BarrierProblem;
-use super::certificate::{Certificate, KEPT_SHARE};
-use super::course::problem;
+use super::certificate::Certificate;
+use super::course::{KEPT_SHARE, problem};
 use super::ideal::{ideal, time_between};
 use super::spans::{Span, spans};
 use super::spline::Grid;

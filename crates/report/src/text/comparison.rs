@@ -146,7 +146,7 @@ fn tested(results: &[MethodResult]) -> String {
         .fold(0.0, f64::max);
     if share > 0.0 {
         format!(
-            " (also with gap, friction and stiffness told {} too small or too large)",
+            " (tested with gap, friction and stiffness told {} too small and too large)",
             percent(share)
         )
     } else {

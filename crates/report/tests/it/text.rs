@@ -49,7 +49,7 @@ fn sensitivity_and_reasons_in_a_terminal() {
     for part in [
         "gap x 0.70",
         "gap x 1.30",
-        "(also with gap, friction and stiffness told 30 % too small or too large)",
+        "(tested with gap, friction and stiffness told 30 % too small and too large)",
         "fixed: not recommended: worse than none if told a gap\n",
     ] {
         assert!(text.contains(part), "{part}\n{text}");

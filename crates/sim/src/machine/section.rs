@@ -105,9 +105,12 @@ fn describe(
         .or_else(|| message.strip_prefix("invalid value: "))
         .unwrap_or(message);
     // serde speaks of Rust types; the file's author knows tables, lists and numbers.
-    let (found, expected) = said.split_once(", expected ").unwrap_or((said, ""));
-    let found = if found == "map" { "a table" } else { found };
-    let found = &shortened(found);
+    // Where something else was expected the rest is a value, of any length; else it is a sentence.
+    let (found, expected) = match said.split_once(", expected ") {
+        Some(("map", expected)) => ("a table".to_owned(), expected),
+        Some((value, expected)) => (shortened(value), expected),
+        None => (said.to_owned(), ""),
+    };
     let expected = match expected {
         "f64" => "a number",
         "u32" => "a whole number, 0 or above",
@@ -116,7 +119,7 @@ fn describe(
         expected => expected,
     };
     let said = if expected.is_empty() {
-        found.to_owned()
+        found
     } else {
         format!("found {found}, expected {expected}")
     };

@@ -20,7 +20,7 @@ pub(super) struct Drawn {
 }
 
 /// A figure, by the length of a round in mm, and what writes one.
-struct Figure {
+struct Outline {
     name: String,
     round_mm: f64,
     start: [f64; 2],
@@ -59,9 +59,9 @@ pub(super) fn draw(random: &mut Random) -> Drawn {
 }
 
 /// Along the axes, sharp corners.
-fn square(random: &mut Random) -> Figure {
+fn square(random: &mut Random) -> Outline {
     let side = random.log_between(8.0, 60.0).round();
-    Figure {
+    Outline {
         name: format!("square{side}"),
         round_mm: 4.0 * side,
         start: [0.0, 0.0],
@@ -70,10 +70,10 @@ fn square(random: &mut Random) -> Figure {
 }
 
 /// Full circles, one way or the other.
-fn circle(random: &mut Random) -> Figure {
+fn circle(random: &mut Random) -> Outline {
     let radius = random.log_between(3.0, 60.0).round();
     let sense = 2 + random.below(2);
-    Figure {
+    Outline {
         name: format!("circle{radius}"),
         round_mm: TAU * radius,
         start: [radius, 0.0],
@@ -82,13 +82,13 @@ fn circle(random: &mut Random) -> Figure {
 }
 
 /// There and back on a line at an angle, with a rest at each end.
-fn pause(random: &mut Random) -> Figure {
+fn pause(random: &mut Random) -> Outline {
     let length = random.log_between(10.0, 60.0).round();
     let angle = random.between(0.0, 0.25 * TAU);
     let rest = random.between(0.05, 0.8);
     let (s, c) = math::sin_cos(angle);
     let (x, y) = (length * c, length * s);
-    Figure {
+    Outline {
         name: format!("pause{length}"),
         // A rest counts as a length, so that slow and fast feeds get rounds enough.
         round_mm: 2.0 * length + 10.0,
@@ -98,11 +98,11 @@ fn pause(random: &mut Random) -> Figure {
 }
 
 /// Circles and lines, slow and fast.
-fn mixture(random: &mut Random, feed: f64) -> Figure {
+fn mixture(random: &mut Random, feed: f64) -> Outline {
     let radius = random.log_between(4.0, 30.0).round();
     let (far, step) = (radius + 20.0, 10.0);
     let slow = (feed * random.between(0.1, 0.5)).round();
-    Figure {
+    Outline {
         name: format!("mix{radius}"),
         round_mm: 2.0 * TAU * radius + 2.0 * (20.0 + step) * feed / slow,
         start: [radius, 0.0],
@@ -113,7 +113,7 @@ fn mixture(random: &mut Random, feed: f64) -> Figure {
 }
 
 /// Rows there and back at an angle, beside each other.
-fn zigzag(random: &mut Random) -> Figure {
+fn zigzag(random: &mut Random) -> Outline {
     let length = random.log_between(10.0, 50.0).round();
     let step = random.between(0.3, 2.0);
     let (s, c) = math::sin_cos(random.between(0.0, 0.25 * TAU));
@@ -129,7 +129,7 @@ fn zigzag(random: &mut Random) -> Figure {
         let _ = writeln!(round, "G1 {}\nG1 {}", at(near, v), at(far, v));
     }
     let _ = writeln!(round, "G1 {}", at(0.0, 0.0));
-    Figure {
+    Outline {
         name: format!("zigzag{length}"),
         round_mm: 4.0 * length + 6.0 * step,
         start: [0.0, 0.0],
@@ -138,7 +138,7 @@ fn zigzag(random: &mut Random) -> Figure {
 }
 
 /// A slot with round ends, turned.
-fn slot(random: &mut Random) -> Figure {
+fn slot(random: &mut Random) -> Outline {
     let length = random.log_between(10.0, 60.0).round();
     let radius = random.log_between(2.0, 12.0);
     let (s, c) = math::sin_cos(random.between(0.0, 0.5 * TAU));
@@ -150,7 +150,7 @@ fn slot(random: &mut Random) -> Figure {
         at(0.0, radius),
     ];
     let [i, j] = at(0.0, radius);
-    Figure {
+    Outline {
         name: format!("slot{length}"),
         round_mm: 2.0 * length + TAU * radius,
         start: a,
@@ -162,7 +162,7 @@ fn slot(random: &mut Random) -> Figure {
 }
 
 /// Lissajous figures in short lines.
-fn waves(random: &mut Random) -> Figure {
+fn waves(random: &mut Random) -> Outline {
     let (a, b) = (random.between(8.0, 30.0), random.between(8.0, 30.0));
     let (m, n) = [(1.0, 2.0), (3.0, 2.0), (2.0, 3.0)][random.below(3)];
     let lines = 180_u32;
@@ -177,7 +177,7 @@ fn waves(random: &mut Random) -> Figure {
         round_mm += math::hypot(x - last[0], y - last[1]);
         last = [x, y];
     }
-    Figure {
+    Outline {
         name: format!("waves{m}{n}"),
         round_mm,
         start: point(0),

@@ -5,8 +5,8 @@
 //! sample   which cells: each level equally often, pairs of levels as evenly as can be
 //! motion   cell -> part program          machine  cell -> machine
 //! cell     program -> plan -> all methods side by side -> contour errors
-//! limit    the physical limit and what may be expected of a drive          cycle  limit cycles
-//! result   figures of a cell, and the sums that they come from
+//! limit    the physical limit            cycle  limit cycles
+//! result   figures of a cell, the sums that they come from, what may be expected of a drive
 //! run      cells on all cores            journal  results as lines, to go on from
 //! summary  distribution per method and regime      table  Markdown and CSV
 //! ```

@@ -57,7 +57,7 @@ pub struct MethodSummary {
     /// Cells in which a drive was at a limit for more than a hundredth of the time.
     pub saturated: usize,
     /// Cells in which it leaves no more RMS than is wanted, or than the practical limit where that
-    /// is more ([`super::limit`]); and the same for the largest error.
+    /// is more ([`super::result`]); and the same for the largest error.
     pub within: [usize; 2],
     /// Relative error of the gap's estimate, if it makes one.
     pub gap_error: Option<Spread>,
@@ -100,7 +100,7 @@ pub struct Summary {
     pub limit_rms_ratio: Option<Spread>,
     /// The same: largest error.
     pub limit_max_ratio: Option<Spread>,
-    /// The practical limit, RMS and largest error ([`super::limit`]).
+    /// The practical limit, RMS and largest error ([`super::result`]).
     pub practical_ratio: [Option<Spread>; 2],
     /// A row a method.
     pub methods: Vec<MethodSummary>,
