@@ -1,6 +1,10 @@
 //! The program from the outside: exit codes, messages, files that appear or do not.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+#![allow(
+    clippy::panic,
+    clippy::unwrap_used,
+    reason = "helpers of tests say what is missing by panicking"
+)]
 
 mod bench;
 mod commands;

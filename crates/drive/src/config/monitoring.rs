@@ -15,7 +15,9 @@ const LARGEST_CURRENT_A: f64 = 1e6;
 /// `max(standstill_error, following_error v/v_max)` at the commanded speed `v`, as in LinuxCNC
 /// (`FERROR`, `MIN_FERROR`). The current is watched by a motor that warms up with its square from 0
 /// at the start, `heat' = ((i/continuous_current)^2 - heat)/overload_time`; it is overloaded above
-/// 1. A drive that is at its limits for long follows its command no more: a loop that swings, or an
+/// 1.
+///
+/// A drive that is at its limits for long follows its command no more: a loop that swings, or an
 /// axis that is blocked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

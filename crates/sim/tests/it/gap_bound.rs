@@ -3,6 +3,7 @@
 //! kinematics of the test's own.
 
 use lostmotion_base::{Random, math};
+use lostmotion_methods::AxisConfig;
 
 use lostmotion_sim::{ContourPoint, Machine, MotorPoint, Observer, Program, Simulation};
 use std::fmt::Write;
@@ -269,7 +270,7 @@ fn no_more_is_laid_to_backlash_than_random_gaps_can_do() {
         let machine = Machine::from_toml("leaning.toml", &mill.toml())
             .unwrap_or_else(|error| panic!("{error}\n{}", mill.toml()));
         let with_gaps = seen(&machine, &text);
-        let without = seen(&machine.map_axes(|axis| axis.without_gap()), &text);
+        let without = seen(&machine.map_axes(AxisConfig::without_gap), &text);
         assert_eq!(with_gaps.contour.len(), without.contour.len());
         let ticks = with_gaps.contour.len();
         assert!(with_gaps.loads.len() >= ticks && ticks > 4000, "{ticks}");

@@ -1,7 +1,7 @@
 //! Two masses, a gap and dry friction, integrated by Runge and Kutta's method in small steps with
 //! every event located: shares no code with the program.
 
-use super::{DAMPING, FREE, INERTIA, LEAD_M, LOAD_KG, STIFFNESS, Slide, TICK_S, motor_kg, run};
+use super::{DAMPING, INERTIA, LEAD_M, LOAD_KG, STIFFNESS, Slide, TICK_S, motor_kg, run};
 use std::f64::consts::TAU;
 
 /// Step, s: 0.3 % of a radian of the shaft's swing, so that its error is below rounding.
@@ -258,7 +258,6 @@ fn thrown_and_pushed_axes_move_as_integrated() {
                 },
                 dice.between(0.0, 500.0),
             ],
-            ..FREE
         };
         let [motor_mm_s, load_mm_s] = [(); 2].map(|()| dice.between(-25.0, 25.0));
         let in_gap = dice.between(-0.9, 0.9);
