@@ -1,18 +1,23 @@
 //! What is wrong is named by code, line and column, all of it in one run.
 use lostmotion_gcode::{InterpreterConfig, Leniency, Program, Severity, Tool, ToolTable};
 
-/// Codes with line and column of everything but notes found in a program, after a head line that
-/// sets units and feed.
-fn found(body: &str) -> Vec<String> {
+/// The usual settings, with a table that has tool 1 alone.
+pub(crate) fn with_tool_one() -> InterpreterConfig {
     let mut tools = ToolTable::default();
     tools.insert(Tool {
         number: 1,
         ..Tool::default()
     });
-    let config = InterpreterConfig {
+    InterpreterConfig {
         tool_table: Some(tools),
         ..InterpreterConfig::default()
-    };
+    }
+}
+
+/// Codes with line and column of everything but notes found in a program, after a head line that
+/// sets units and feed.
+fn found(body: &str) -> Vec<String> {
+    let config = with_tool_one();
     let source = format!("G21 F100\n{body}\nM2\n");
     let diagnostics = Program::new(source.as_bytes(), config).finish();
     let told = diagnostics

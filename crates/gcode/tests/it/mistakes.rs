@@ -2,9 +2,8 @@
 //! named; what LinuxCNC takes is taken, what it refuses is refused (its manual and its interpreter's
 //! messages are quoted).
 
-use lostmotion_gcode::{
-    CanonicalOp, Diagnostic, InterpreterConfig, Problem, Program, Severity, Tool, ToolTable,
-};
+use crate::diagnostics::with_tool_one;
+use lostmotion_gcode::{CanonicalOp, Diagnostic, InterpreterConfig, Problem, Program, Severity};
 
 fn findings(text: &[u8]) -> Vec<Diagnostic> {
     let found = Program::new(text, InterpreterConfig::default()).finish();
@@ -79,16 +78,7 @@ fn a_faulty_line_keeps_its_good_words() {
         // Codes behind one that fails.
         ("G21\nG41 D7 F100\nG1 X5\nM2\n", "no-such-tool 2"),
     ] {
-        let mut tools = ToolTable::default();
-        tools.insert(Tool {
-            number: 1,
-            ..Tool::default()
-        });
-        let config = InterpreterConfig {
-            tool_table: Some(tools),
-            ..InterpreterConfig::default()
-        };
-        let found = Program::new(text.as_bytes(), config).finish();
+        let found = Program::new(text.as_bytes(), with_tool_one()).finish();
         let told: Vec<String> = found
             .kept()
             .iter()
