@@ -104,6 +104,12 @@ impl Floating {
         }
     }
 
+    /// The load floats until flanks have changed again.
+    pub(super) const FLOATING: Floating = Floating {
+        changes: 0,
+        ..Floating::NEVER
+    };
+
     /// Whether the load may float.
     pub(super) fn floats(&self) -> bool {
         self.changes < self.wanted
