@@ -3,8 +3,10 @@
 //! Each drive is moved alone, within its travel and limits, with the method that learns; what it has
 //! learned by the end is its memory. The machine's description is what it is held against.
 
+mod gcode;
 mod motion;
 
+pub use gcode::program;
 pub use motion::Bounds;
 
 use crate::error::SimError;
@@ -62,6 +64,7 @@ pub fn bounds(machine: &Machine, drive: &str) -> Option<Bounds> {
     }
     Some(Bounds {
         limits,
+        unit: config.unit(),
         motor_rad_per_unit: config.transmission.motor_rad_per_unit(),
         cycle_s: config.cycles.command().period_s(),
     })

@@ -15,6 +15,7 @@
 
 use lostmotion_base::{AxisLimits, math};
 use lostmotion_drive::Setpoint;
+use lostmotion_drive::config::AxisUnit;
 use std::f64::consts::TAU;
 
 /// Largest total gap that is supposed, rad at the motor: more than `adaptive` looks for.
@@ -79,6 +80,21 @@ const PHASES: [Phase; 14] = [
     strokes(true, 0.3, 0.8, 0.1, 1),
 ];
 
+/// A part of the motion as a control takes it: places from the start of the motion, speeds per s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Segment {
+    /// Standing still, s.
+    Rest(f64),
+    /// To a place, at a speed.
+    Stroke { to: f64, speed: f64 },
+    /// Periods up from a place and back, at an angular rate, rad/s.
+    Swing {
+        amplitude: f64,
+        rate: f64,
+        count: u32,
+    },
+}
+
 /// Longest time of a stroke one way or of a period of a swing, s. A choice: slow axes would take
 /// hours otherwise.
 const MOST_S: f64 = 4.0;
@@ -91,6 +107,8 @@ const REST_S: f64 = 0.5;
 pub struct Bounds {
     /// Travel, speed, acceleration, jerk.
     pub limits: AxisLimits,
+    /// Unit of the axis.
+    pub unit: AxisUnit,
     /// Motor angle of one unit, rad.
     pub motor_rad_per_unit: f64,
     /// Command cycle, s.
@@ -109,6 +127,50 @@ impl Bounds {
     pub fn start(&self) -> f64 {
         let [_, long] = self.lengths();
         0.5 * (self.limits.min + self.limits.max) - 0.5 * long
+    }
+
+    /// Whether the axis counts in rad.
+    pub(super) fn is_in_rad(&self) -> bool {
+        self.unit == AxisUnit::Rad
+    }
+
+    /// The parts of the motion in their order, places from [`Bounds::start`].
+    pub(super) fn segments(&self) -> Vec<Segment> {
+        let [short, long] = self.lengths();
+        let mut out = vec![Segment::Rest(REST_S)];
+        for phase in PHASES {
+            match phase {
+                Phase::Strokes {
+                    long: is_long,
+                    speed,
+                    rest_s,
+                    count,
+                    ..
+                } => {
+                    let length = if is_long { long } else { short };
+                    let speed = self.speed(length, speed);
+                    for _ in 0..count {
+                        for to in [length, 0.0] {
+                            out.push(Segment::Stroke { to, speed });
+                            out.push(Segment::Rest(rest_s));
+                        }
+                    }
+                }
+                Phase::Swings {
+                    acceleration,
+                    count,
+                } => {
+                    let swing = self.swing(0.5 * short, acceleration, count);
+                    out.push(Segment::Swing {
+                        amplitude: swing.amplitude,
+                        rate: swing.rate,
+                        count,
+                    });
+                }
+            }
+        }
+        out.push(Segment::Rest(REST_S));
+        out
     }
 
     /// The setpoints of the whole motion, one a command cycle.
@@ -177,15 +239,17 @@ impl Bounds {
         out.extend(std::iter::repeat_n(Setpoint::moving(end, 0.0, 0.0), cycles));
     }
 
+    /// The speed of a stroke: slow enough for the limits, fast enough for the time.
+    fn speed(&self, length: f64, share: f64) -> f64 {
+        let fastest = LIMIT_SHARE * self.limits.velocity;
+        (share * fastest).max(length / MOST_S).min(fastest)
+    }
+
     fn stroke(&self, length: f64, speed: f64, acceleration: f64) -> Stroke {
         let limits = &self.limits;
-        // slow enough for the limits, fast enough for the time
-        let speed = (LIMIT_SHARE * speed * limits.velocity)
-            .max(length / MOST_S)
-            .min(LIMIT_SHARE * limits.velocity);
         Stroke::new(
             length,
-            speed,
+            self.speed(length, speed),
             LIMIT_SHARE * acceleration * limits.acceleration,
             LIMIT_SHARE * limits.jerk,
         )
