@@ -272,7 +272,16 @@ fn fault(found: &Commissioned) -> Option<String> {
     if learned.gap_readings < 2 {
         return Some("the gap was read only once".to_owned());
     }
-    None
+    // Sure, and yet another value: the drive believes what is not so.
+    let truth = found.truth().half_gap_rad;
+    let off = learned.half_gap_rad - truth;
+    let is_beside = off.abs() > INTERVAL_DEVIATIONS * learned.half_gap_deviation_rad;
+    (is_beside && off.abs() > GOOD_GAP_DOUBT * truth).then(|| {
+        format!(
+            "the gap is {} off that of the axis file, which lies outside the interval",
+            percent(off / truth)
+        )
+    })
 }
 
 /// What was learned of an axis beside what its description says.
@@ -303,8 +312,14 @@ fn shown(found: &Commissioned) -> String {
 }
 
 /// A value of an axis in SI, which may be of any size.
-fn scientific(value: f64) -> String {
-    format!("{value:.3e}")
+fn of_any_size(value: f64) -> String {
+    if (0.1..1e4).contains(&value.abs()) {
+        fixed(value, 3)
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{value:.3e}")
+    }
 }
 
 /// A row for each quantity: name with unit, value, interval, what the description says, difference.
@@ -345,7 +360,7 @@ fn rows(learned: &Learned, truth: &Learned, config: &AxisConfig) -> Vec<[String;
     rows.extend([
         row(
             "load inertia, kg m2".to_owned(),
-            scientific,
+            of_any_size,
             [
                 learned.load_inertia_kgm2,
                 learned.load_inertia_deviation_kgm2,
@@ -354,7 +369,7 @@ fn rows(learned: &Learned, truth: &Learned, config: &AxisConfig) -> Vec<[String;
         ),
         row(
             "viscous friction, N m s/rad".to_owned(),
-            scientific,
+            of_any_size,
             [
                 learned.viscous_nm_s_per_rad,
                 learned.viscous_deviation_nm_s_per_rad,
@@ -363,7 +378,7 @@ fn rows(learned: &Learned, truth: &Learned, config: &AxisConfig) -> Vec<[String;
         ),
         row(
             "Coulomb friction, N m".to_owned(),
-            scientific,
+            of_any_size,
             [
                 learned.coulomb_nm,
                 learned.coulomb_deviation_nm,
@@ -372,7 +387,7 @@ fn rows(learned: &Learned, truth: &Learned, config: &AxisConfig) -> Vec<[String;
         ),
         row(
             "constant torque, N m".to_owned(),
-            scientific,
+            of_any_size,
             [
                 learned.constant_nm,
                 learned.constant_deviation_nm,

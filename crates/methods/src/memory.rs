@@ -67,44 +67,43 @@ impl LearnedOn {
 
     /// Every quantity: its key, what people call it, its value; `None` where there is no such part.
     fn all(&self) -> [(&'static str, &'static str, Option<f64>); 10] {
-        let told = |value: f64| Some(value);
         [
             (
                 "rotor_inertia_kgm2",
                 "a rotor inertia of",
-                told(self.rotor_inertia_kgm2),
+                Some(self.rotor_inertia_kgm2),
             ),
             (
                 "screw_inertia_kgm2",
                 "an inertia of screw or pinion of",
-                told(self.screw_inertia_kgm2),
+                Some(self.screw_inertia_kgm2),
             ),
             (
                 "torque_constant_nm_per_a",
                 "a torque constant of",
-                told(self.torque_constant_nm_per_a),
+                Some(self.torque_constant_nm_per_a),
             ),
             (
                 "rated_torque_nm",
                 "a rated torque of",
-                told(self.rated_torque_nm),
+                Some(self.rated_torque_nm),
             ),
             (
                 "motor_viscous_nm_s_per_rad",
                 "a viscous friction of the motor of",
-                told(self.motor_viscous_nm_s_per_rad),
+                Some(self.motor_viscous_nm_s_per_rad),
             ),
             (
                 "motor_coulomb_nm",
                 "a Coulomb friction of the motor of",
-                told(self.motor_coulomb_nm),
+                Some(self.motor_coulomb_nm),
             ),
             ("lead_mm", "a lead of", self.lead_mm),
-            ("gear", "a gear of", told(self.gear)),
+            ("gear", "a gear of", Some(self.gear)),
             (
                 "stiffness_nm_per_rad",
                 "a stiffness of",
-                told(self.stiffness_nm_per_rad),
+                Some(self.stiffness_nm_per_rad),
             ),
             (
                 "encoder_counts_per_rev",

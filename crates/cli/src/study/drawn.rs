@@ -1,11 +1,15 @@
 //! `lostmotion study drawn`: machines and programs drawn at random.
 
-use super::{failure, known_methods, methods};
+use super::{CellArgs, failure, known_methods, methods};
 use crate::options::{threads, whole};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, ValueHint};
+use lostmotion::methods::MethodId;
 use lostmotion::report::WriteError;
-use lostmotion_study::drawn::{draw, markdown, run_all};
+use lostmotion::report::number::{fixed, percent};
+use lostmotion_study::drawn::{
+    DrawnCell, DrawnResult, commissioned, draw, markdown, run as run_cell, run_all,
+};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -24,7 +28,8 @@ pub(crate) struct Drawn {
     /// Compensation methods, separated by commas; all but `fitted-lookup`, if left out
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = known_methods())]
     pub(crate) methods: Vec<String>,
-    /// Folder for the machines and programs in place of running them: NAME.toml and NAME.ngc
+    /// Folder for the machines and programs in place of running them: NAME.toml, NAME.ngc, and
+    /// NAME.learned.toml, what commissioning the machine teaches `adaptive` (`simulate --learned`)
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) export: Option<PathBuf>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
@@ -59,7 +64,15 @@ fn export(args: &Drawn, folder: &std::path::Path) -> Result<u8, Failure> {
             .machine
             .to_toml()
             .map_err(|error| Failure::message(error.to_string()))?;
-        for (suffix, text) in [("toml", &machine), ("ngc", &cell.program)] {
+        let learned = commissioned(&cell)
+            .map_err(|error| failure(&error))?
+            .to_toml()
+            .map_err(|error| Failure::message(error.to_string()))?;
+        for (suffix, text) in [
+            ("toml", &machine),
+            ("ngc", &cell.program),
+            ("learned.toml", &learned),
+        ] {
             let mut file = folder.file(&format!("{}.{suffix}", cell.name))?;
             file.write_all(text.as_bytes())
                 .map_err(|error| WriteError::io("write into", folder.path(), error))?;
@@ -68,4 +81,109 @@ fn export(args: &Drawn, folder: &std::path::Path) -> Result<u8, Failure> {
     }
     folder.commit()?;
     Ok(DONE)
+}
+
+/// The seed and number of a drawn cell; `None` for the name of another one.
+pub(super) fn of_cell(args: &CellArgs) -> Result<Option<(u64, u32)>, Failure> {
+    if let Some(pair) = args.seed.zip(args.number) {
+        return Ok(Some(pair));
+    }
+    let name = args.name.as_deref().unwrap_or_default();
+    // Names of the matrix begin with a letter.
+    if !name.starts_with(|c: char| c.is_ascii_digit()) {
+        return Ok(None);
+    }
+    let mut parts = name.splitn(3, '-');
+    let seed = parts.next().and_then(|part| part.parse().ok());
+    let number = parts.next().and_then(|part| part.parse().ok());
+    let (Some(seed), Some(number)) = (seed, number) else {
+        return Err(Failure::with_hint(
+            format!("there is no cell `{name}`: it does not begin with a seed and a number"),
+            "a drawn cell is 7-3-square20-f900, or --seed 7 --cell 3",
+        ));
+    };
+    Ok(Some((seed, number)))
+}
+
+/// Runs a drawn cell: figures, and the time line of what a method that learns knew.
+pub(super) fn cell(args: &CellArgs, seed: u64, number: u32) -> Result<u8, Failure> {
+    if let Some(path) = &args.out {
+        return Err(Failure::with_hint(
+            format!(
+                "--out {}: a drawn cell has no trace of its own",
+                path.display()
+            ),
+            "study drawn --export DIR writes machine and program: simulate --trace --out DIR runs them",
+        ));
+    }
+    let cell = draw(seed, number).map_err(|error| failure(&error))?;
+    // A name says what was drawn: with other ranges the same seed draws another cell.
+    if let Some(name) = args.name.as_ref().filter(|name| **name != cell.name) {
+        return Err(Failure::with_hint(
+            format!(
+                "there is no cell `{name}`: cell {number} of seed {seed} is `{}`",
+                cell.name
+            ),
+            "take that name, or --seed and --cell",
+        ));
+    }
+    if let Some(path) = &args.program {
+        output::write_text(path, &cell.program)?;
+    }
+    let adaptive = MethodId::ADAPTIVE.name().to_owned();
+    let methods = methods(&[args.method.clone().unwrap_or(adaptive)])?;
+    let result = run_cell(&cell, &methods).map_err(|error| failure(&error))?;
+    output::print(&shown(&cell, &result))?;
+    Ok(DONE)
+}
+
+/// Figures and time lines of a cell.
+fn shown(cell: &DrawnCell, result: &DrawnResult) -> String {
+    let traits = &cell.traits;
+    let pair = |[x, y]: [f64; 2]| format!("{}, {}", fixed(x, 2), fixed(y, 2));
+    let mut out = format!(
+        "{}: {} s; gaps {} um, friction {} of the rated torque, inertia {} of the motor's, encoder 2^{}, {} feed-forward\n",
+        cell.name,
+        fixed(result.duration_s, 1),
+        pair(traits.gap_um),
+        pair(traits.friction),
+        pair(traits.inertia_ratio),
+        traits.encoder_bits,
+        if traits.feed_forward {
+            "with"
+        } else {
+            "without"
+        },
+    );
+    let none = result.none().map(|none| none.whole).unwrap_or_default();
+    out.push_str(&format!(
+        "practical limit: backlash {} um RMS, {} um max\n",
+        fixed(result.practical_um[0], 3),
+        fixed(result.practical_um[1], 3)
+    ));
+    for method in &result.methods {
+        let (whole, second) = (&method.whole, &method.second_half);
+        out.push_str(&format!(
+            "\n{}: backlash {} um RMS ({}), {} max; second half {} RMS; contour {} RMS, {} max\n",
+            method.name(),
+            fixed(whole.backlash_rms, 3),
+            percent(whole.backlash_rms / none.backlash_rms),
+            fixed(whole.backlash_max, 2),
+            fixed(second.backlash_rms, 3),
+            fixed(whole.contour_rms, 3),
+            fixed(whole.contour_max, 2),
+        ));
+        if !method.cause.is_empty() {
+            out.push_str(&format!("cause: {}\n", method.cause));
+        }
+        for told in &method.told {
+            out.push_str(&format!(
+                "  {:>8} s  {}  {}\n",
+                fixed(told.time_s, 2),
+                told.drive,
+                told.what
+            ));
+        }
+    }
+    out
 }

@@ -3,7 +3,7 @@
 mod drawn;
 mod matrix;
 
-use crate::options::{methods as known_methods, number};
+use crate::options::{methods as known_methods, number, whole};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::base::{Clock, units};
@@ -31,7 +31,8 @@ pub(crate) enum StudyCommand {
     Matrix(matrix::MatrixArgs),
     /// Run machines and programs drawn at random: what methods do where nobody has tuned them
     Drawn(drawn::Drawn),
-    /// Run one cell of the matrix and write its trace
+    /// Run one cell, of the matrix or drawn: its figures, its trace, and why a method that learns
+    /// leaves what it leaves
     Cell(CellArgs),
     /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and
     /// `adaptive` find of it
@@ -46,11 +47,18 @@ pub(crate) enum StudyCommand {
 /// `study cell`.
 #[derive(Debug, Args)]
 pub(crate) struct CellArgs {
-    /// Name of the cell, from a table of the matrix
-    pub(crate) cell: String,
-    /// Compensation method
-    #[arg(long, value_name = "NAME", default_value = MethodId::NONE.name(), value_parser = known_methods())]
-    pub(crate) method: String,
+    /// Name of the cell, from a table of the matrix or of `study drawn` (7-3-square20-f900)
+    #[arg(required_unless_present_all = ["seed", "number"])]
+    pub(crate) name: Option<String>,
+    /// Seed of a drawn cell, in place of its name
+    #[arg(long, value_name = "S", requires = "number", conflicts_with = "name", allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub(crate) seed: Option<u64>,
+    /// Number of a drawn cell, from 0
+    #[arg(long = "cell", id = "number", value_name = "N", requires = "seed", allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub(crate) number: Option<u32>,
+    /// Compensation method; `none`, and for a drawn cell `adaptive`, if left out
+    #[arg(long, value_name = "NAME", value_parser = known_methods())]
+    pub(crate) method: Option<String>,
     /// CSV to write: error and both axes, a row every 250 us
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
@@ -139,10 +147,15 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     Ok(methods)
 }
 
-/// Runs one cell; the trace is that of the method.
+/// Runs one cell of the matrix, whose trace is that of the method, or a drawn one.
 fn cell(args: &CellArgs) -> Result<u8, Failure> {
-    let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
-    let methods = methods(std::slice::from_ref(&args.method))?;
+    if let Some((seed, number)) = drawn::of_cell(args)? {
+        return drawn::cell(args, seed, number);
+    }
+    let name = args.name.as_deref().unwrap_or_default();
+    let cell = Cell::parse(name).map_err(|error| failure(&error))?;
+    let none = MethodId::NONE.name().to_owned();
+    let methods = methods(&[args.method.clone().unwrap_or(none)])?;
     if let Some(path) = args.out.as_ref().filter(|_| args.out == args.program) {
         return Err(Failure::with_hint(
             format!("--out and --program are both {}", path.display()),

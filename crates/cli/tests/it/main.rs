@@ -12,6 +12,7 @@ mod drives;
 mod hostile;
 #[cfg(unix)]
 mod interrupt;
+mod learned;
 mod machines;
 mod reference;
 mod setpoints;

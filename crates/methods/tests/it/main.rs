@@ -17,6 +17,7 @@ mod hostile;
 mod inverse_and_observer;
 mod iterative_learning;
 mod lookup;
+mod memory;
 mod one_file;
 mod reversal_pulse;
 mod shaft;

@@ -98,6 +98,9 @@ pub(super) enum Segment {
 /// Longest time of a stroke one way or of a period of a swing, s. A choice: slow axes would take
 /// hours otherwise.
 const MOST_S: f64 = 4.0;
+/// Parts of the limits of acceleration and jerk that a swing at its rate may take: while the rate
+/// rises both are larger. Derived: the acceleration by a quarter, the jerk threefold at most.
+const RAMP_SHARES: [f64; 2] = [0.8, 0.3];
 /// Rest before the first and after the last move, s.
 const REST_S: f64 = 0.5;
 
@@ -258,9 +261,11 @@ impl Bounds {
     fn swing(&self, amplitude: f64, acceleration: f64, count: u32) -> Swing {
         let limits = &self.limits;
         let bound = |limit: f64| LIMIT_SHARE * limit / amplitude;
-        // the least of what acceleration, speed and jerk allow; the jerk leaves room for the ramps
+        // the least of what acceleration, speed and jerk allow, with room for the ramps of the rate
         let rate = (acceleration * bound(limits.acceleration)).sqrt();
-        let fastest = bound(limits.velocity).min(math::cbrt(0.3 * bound(limits.jerk)));
+        let fastest = bound(limits.velocity)
+            .min((RAMP_SHARES[0] * bound(limits.acceleration)).sqrt())
+            .min(math::cbrt(RAMP_SHARES[1] * bound(limits.jerk)));
         Swing {
             amplitude,
             rate: rate.max(TAU / MOST_S).min(fastest),

@@ -216,8 +216,7 @@ fn fault(error: &AxisConfigError) -> Fault {
                 "is {}; it has to be {allowed}",
                 lostmotion_base::units::number(*value)
             ),
-            "take the line out of a file that was changed by hand, or let the axis learn anew"
-                .to_owned(),
+            "let the axis learn anew: `lostmotion axis commission`".to_owned(),
         ),
         other => (String::new(), other.to_string(), String::new()),
     }

@@ -20,6 +20,7 @@ mod interventions;
 mod machine_axes;
 mod machine_file;
 mod machine_presets;
+mod memory;
 mod random_five_axis;
 mod robot_joint;
 mod sample_parts;

@@ -8,12 +8,15 @@ use std::collections::BTreeMap;
 
 /// Part of a value by which a used gap has to change to be told again. A choice.
 const TOLD_CHANGE: f64 = 0.02;
-/// Part of the time after which a gap that is used at last was learned late. A choice.
-const LATE_SHARE: f64 = 0.2;
-/// Part of the true gap by which a used one is wrong. A choice: it leaves as much of the error.
-const WRONG_SHARE: f64 = 0.05;
-/// Part of the time without a use of a known gap from which on that is the cause. A choice.
-const UNUSED_SHARE: f64 = 0.2;
+/// Part of the time after which a gap that is used at last was learned late. A choice: what is not
+/// compensated for that long leaves a tenth of the RMS.
+const LATE_SHARE: f64 = 0.01;
+/// Part of the true gap by which a used one is wrong, on the average of the time in which it is
+/// used. A choice: it leaves as much of the error.
+const WRONG_SHARE: f64 = 0.02;
+/// Part of the time without a use of a known gap from which on that is the cause. A choice, as
+/// `LATE_SHARE`.
+const UNUSED_SHARE: f64 = 0.01;
 /// Largest error that backlash causes, over the larger gap, from which on a load was thrown. A
 /// choice: a gap alone causes no more than itself.
 const THROWN: f64 = 1.2;
@@ -38,7 +41,9 @@ struct AxisKnowledge {
     um_per_rad: f64,
     load_known_s: Option<f64>,
     first_used_s: Option<f64>,
-    used_um: f64,
+    /// Time in which a gap is used, s, and the integral of how far it is off over it.
+    used_s: f64,
+    off_s: f64,
     told_um: f64,
     floats: bool,
     share: f64,
@@ -159,7 +164,8 @@ impl AxisKnowledge {
         }
         if used_um > 0.0 {
             self.first_used_s = self.first_used_s.or(Some(time_s));
-            self.used_um = used_um;
+            self.used_s += span;
+            self.off_s += span * (used_um / self.gap_um - 1.0);
         }
         if (used_um - self.told_um).abs() > TOLD_CHANGE * used_um.max(self.told_um) {
             self.told_um = used_um;
@@ -198,7 +204,10 @@ impl AxisKnowledge {
                 }
             });
         };
-        let off = self.used_um / self.gap_um - 1.0;
+        if first_s > LATE_SHARE * duration_s {
+            return Some(format!("learned after {} s", fixed(first_s, 1)));
+        }
+        let off = self.off_s / self.used_s;
         if off.abs() > WRONG_SHARE {
             return Some(format!(
                 "learned wrong by {}{}",
@@ -206,16 +215,13 @@ impl AxisKnowledge {
                 percent(off)
             ));
         }
-        if first_s > LATE_SHARE * duration_s {
-            return Some(format!("learned late, after {} s", fixed(first_s, 0)));
-        }
         if self.faded_s > UNUSED_SHARE * duration_s {
-            return Some(format!("faded out for {} s", fixed(self.faded_s, 0)));
+            return Some(format!("faded out for {} s", fixed(self.faded_s, 1)));
         }
         if self.unused_s > UNUSED_SHARE * duration_s {
             return Some(format!(
                 "known and not used for {} s{}",
-                fixed(self.unused_s, 0),
+                fixed(self.unused_s, 1),
                 if self.floating_s > 0.5 * self.unused_s {
                     ": floats"
                 } else {

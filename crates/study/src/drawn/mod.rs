@@ -26,5 +26,5 @@ mod table;
 
 pub use cell::{DrawnCell, Traits, draw};
 pub use knowledge::Told;
-pub use run::{DrawnFigures, DrawnResult, Part, run, run_all};
+pub use run::{DrawnFigures, DrawnResult, Part, commissioned, run, run_all};
 pub use table::markdown;

@@ -208,7 +208,10 @@ fn run_inside(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, Study
 }
 
 /// The memory of the axes that cut, after a minute of commissioning each.
-pub(super) fn commissioned(cell: &DrawnCell) -> Result<Memory, StudyError> {
+///
+/// # Errors
+/// An axis that cannot be run.
+pub fn commissioned(cell: &DrawnCell) -> Result<Memory, StudyError> {
     let axes = CUTTING
         .iter()
         .filter_map(|name| commission::one(&cell.machine, name));

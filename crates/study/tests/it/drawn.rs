@@ -1,7 +1,7 @@
 //! Cells drawn at random are what they promise, and run like any program.
 
 use lostmotion_sim::{Program, Simulation};
-use lostmotion_study::drawn::{draw, markdown, run, run_all};
+use lostmotion_study::drawn::{DrawnFigures, commissioned, draw, markdown, run, run_all};
 
 #[test]
 fn cells_are_drawn_as_wide_as_promised_and_can_be_cut() {
@@ -63,4 +63,45 @@ fn a_cell_runs_as_users_run_it_on_any_number_of_threads() {
         table.contains(&one[0].name) && table.contains("| `fixed` |"),
         "{table}"
     );
+}
+
+#[test]
+fn a_commissioned_machine_is_told_nothing_but_what_it_learned() {
+    // Friction of 9 and 12 %, gaps of 57 and 52 um: a circle of 43 mm.
+    let cell = draw(1, 5).unwrap();
+    let result = run(&cell, &["lookup".to_owned(), "adaptive".to_owned()]).unwrap();
+    let names: Vec<String> = result.methods.iter().map(DrawnFigures::name).collect();
+    assert_eq!(names, ["none", "lookup", "adaptive", "adaptive, warm"]);
+    let rms = |method: usize| result.methods[method].whole.backlash_rms;
+    assert!(rms(3) < 0.03 * rms(0) && rms(2) > rms(3), "{names:?}");
+    // The same through the session that users run, from the file that --export writes.
+    let memory = commissioned(&cell).unwrap();
+    let program = Program::from_str(cell.name.clone(), cell.program.clone());
+    let direct = Simulation::new(&program, &cell.machine)
+        .method("adaptive")
+        .learned(memory)
+        .run()
+        .unwrap();
+    assert_eq!(direct.results[0].backlash.rms, rms(3));
+    // What is told of it: a load, readings, a use; cold after some seconds, warm from the start.
+    let told = |method: usize, piece: &str| {
+        let told = &result.methods[method].told;
+        let found = told.iter().find(|told| told.what.starts_with(piece));
+        found.unwrap_or_else(|| panic!("{piece}: {told:?}")).time_s
+    };
+    assert!(told(2, "load known") < told(2, "reading 1") && told(2, "uses") > 0.5);
+    assert!(told(3, "uses") < 0.1);
+    assert!(result.methods[2].cause.contains("learned after"));
+    assert!(result.methods[1].told.is_empty() && result.methods[1].cause.is_empty());
+    // No method beats the practical limit here, and `lookup` is near it.
+    let [rms_um, max_um] = result.practical_um;
+    assert!(rms_um > 0.0 && rms_um < 0.05 * rms(0) && max_um > rms_um);
+    let table = markdown(&[result], "one");
+    for piece in [
+        "| `adaptive, warm` |",
+        "| practical limit |",
+        "## The worst cells of `adaptive`",
+    ] {
+        assert!(table.contains(piece), "{piece}: {table}");
+    }
 }

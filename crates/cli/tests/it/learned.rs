@@ -1,0 +1,224 @@
+//! `--learned`, `--save-learned`, `axis commission` and `study cell` of a drawn cell, from the outside.
+
+use crate::bench::{Bench, CIRCLE};
+
+#[test]
+fn an_axis_is_commissioned_and_the_part_starts_from_what_it_learned() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let commission = [
+        "axis",
+        "commission",
+        "vmc3-worn",
+        "--learned-out",
+        "worn.toml",
+        "--gcode",
+        "commission.ngc",
+    ];
+    let said = bench.expect(0, &commission);
+    for piece in [
+        "axis x:",
+        "gap, um",
+        "load inertia",
+        "95 %",
+        "axis file",
+        "good enough",
+    ] {
+        assert!(said.contains(piece), "{piece}: {said}");
+    }
+    let memory = std::fs::read_to_string(bench.path("worn.toml")).unwrap();
+    for piece in [
+        "version = 1",
+        "[axis.z.learned]",
+        "half_gap_rad",
+        "[axis.x.learned_on]",
+    ] {
+        assert!(memory.contains(piece), "{piece}: {memory}");
+    }
+    // The program is one that the machine can run.
+    bench.expect(0, &["gcode", "canon", "commission.ngc"]);
+    let simulate = |more: &[&str]| -> f64 {
+        let mut arguments = vec![
+            "simulate",
+            "circle.ngc",
+            "-m",
+            "vmc3-worn",
+            "--method",
+            "adaptive",
+            "--tolerance-um",
+            "500",
+            "--format",
+            "json",
+        ];
+        arguments.extend(more);
+        let json: serde_json::Value = serde_json::from_str(&bench.expect(0, &arguments)).unwrap();
+        json["result"]["backlash"]["rms"].as_f64().unwrap()
+    };
+    let cold = simulate(&["--save-learned", "after.toml"]);
+    let warm = simulate(&["--learned", "worn.toml"]);
+    assert!(warm < 0.5 * cold, "{warm} {cold}");
+    // A run hands on what it knows; the first of a row has nothing to read.
+    assert!(bench.path("after.toml").exists());
+    let row = ["--learned", "row.toml", "--save-learned", "row.toml"];
+    let first = simulate(&row);
+    assert_eq!(first, cold);
+    assert!(simulate(&row) < cold);
+}
+
+#[test]
+fn one_axis_alone_is_commissioned_by_its_setpoints_too() {
+    let bench = Bench::new();
+    bench.expect(
+        0,
+        &[
+            "axis",
+            "commission",
+            "vmc3-worn:x",
+            "--out",
+            "x.csv",
+            "--learned-out",
+            "x.toml",
+        ],
+    );
+    let run = [
+        "axis",
+        "run",
+        "--setpoints",
+        "x.csv",
+        "--axis",
+        "vmc3-worn:x",
+        "--method",
+        "adaptive",
+        "--out",
+        "trace.csv",
+        "--learned",
+        "x.toml",
+        "--save-learned",
+        "again.toml",
+    ];
+    bench.expect(0, &run);
+    let gap = |name: &str| -> f64 {
+        let text = std::fs::read_to_string(bench.path(name)).unwrap();
+        let line = text
+            .lines()
+            .find(|line| line.starts_with("half_gap_rad"))
+            .unwrap();
+        line.split('=').nth(1).unwrap().trim().parse().unwrap()
+    };
+    assert!((gap("again.toml") / gap("x.toml") - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn what_cannot_be_learned_from_is_refused_with_place_value_and_hint() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    bench.expect(
+        0,
+        &[
+            "axis",
+            "commission",
+            "vmc3-worn:x",
+            "--learned-out",
+            "x.toml",
+            "-q",
+        ],
+    );
+    let text = std::fs::read_to_string(bench.path("x.toml")).unwrap();
+    bench.file("other.toml", text.replace("lead_mm = ", "lead_mm = 1"));
+    bench.file(
+        "word.toml",
+        text.replace("gap_readings = ", "gap_readings = -"),
+    );
+    bench.file("syntax.toml", "version = 1\n[axis.x.learned\n");
+    let simulate = |more: &[&'static str]| {
+        let mut arguments = vec!["simulate", "circle.ngc", "-m", "vmc3-worn"];
+        arguments.extend(more);
+        arguments
+    };
+    let adaptive = |file: &'static str| simulate(&["--method", "adaptive", "--learned", file]);
+    bench.refuses(
+        &adaptive("other.toml"),
+        &[
+            "other.toml:",
+            "axis.x.learned_on.lead_mm",
+            "it was learned on an axis with a lead of 1",
+            "hint:",
+        ],
+    );
+    bench.refuses(
+        &adaptive("word.toml"),
+        &["word.toml:", "axis.x.learned.gap_readings"],
+    );
+    bench.refuses(&adaptive("syntax.toml"), &["syntax.toml:2:"]);
+    bench.refuses(&adaptive("missing.toml"), &["missing.toml does not exist"]);
+    bench.refuses(
+        &simulate(&["--method", "fixed", "--save-learned", "y.toml"]),
+        &[
+            "--save-learned y.toml: no method of this run learns",
+            "--method adaptive",
+        ],
+    );
+    bench.refuses(
+        &["axis", "commission", "vmc3-worn:q"],
+        &["has no axis \"q\"", "x, y, z"],
+    );
+    bench.refuses(
+        &["axis", "commission", "vmc3-worn", "--out", "all.csv"],
+        &[
+            "--out all.csv holds the setpoints of one axis",
+            "vmc3-worn:x",
+        ],
+    );
+    bench.refuses(
+        &["axis", "commission", "scara", "--gcode", "arm.ngc"],
+        &["--gcode arm.ngc", "kinematics \"scara\"", "--out"],
+    );
+}
+
+#[test]
+fn a_drawn_cell_says_what_was_known_and_when() {
+    let bench = Bench::new();
+    let said = bench.expect(0, &["study", "cell", "--seed", "1", "--cell", "5"]);
+    for piece in [
+        "1-5-circle43-f4525: ",
+        "practical limit",
+        "\nnone: backlash",
+        "\nadaptive: backlash",
+        "\nadaptive, warm: backlash",
+        "cause: x learned after",
+        "load known: inertia",
+        "reading 1: ",
+        "uses ",
+    ] {
+        assert!(said.contains(piece), "{piece}: {said}");
+    }
+    bench.refuses(
+        &["study", "cell", "1-5-circle44-f4525"],
+        &["1-5-circle44-f4525", "1-5-circle43-f4525"],
+    );
+    bench.refuses(&["study", "cell", "--seed", "1"], &["--cell"]);
+    bench.expect(0, &["study", "drawn", "--cells", "1", "--export", "cells"]);
+    let names = crate::bench::names(&bench.path("cells"));
+    assert_eq!(names.len(), 3, "{names:?}");
+    let of = |ending: &str| {
+        let name = names.iter().find(|name| name.ends_with(ending)).unwrap();
+        format!("cells/{name}")
+    };
+    let learned = of("learned.toml");
+    let machine = learned.replace(".learned.toml", ".toml");
+    bench.expect(
+        0,
+        &[
+            "simulate",
+            &of(".ngc"),
+            "-m",
+            &machine,
+            "--methods",
+            "none,adaptive",
+            "--learned",
+            &learned,
+            "--sensitivity",
+            "0",
+        ],
+    );
+}
