@@ -1,5 +1,6 @@
 //! `lostmotion axis`: one axis alone, and fits to what was logged of one.
 
+use crate::commission::{self, Commission, LearnedFiles};
 use crate::fits::{FitResult, LoadStiffness, SCHEMA, rad_per_unit};
 use crate::input;
 use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
@@ -13,12 +14,13 @@ use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
-use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner_from};
+use lostmotion::methods::{AxisConfig, AxisMemory, MethodId, UnknownMethod, build_runner_from};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{
     AxisTraceWriter, SetpointReader, SetpointSource, read_log, read_motor_log,
 };
 use lostmotion::report::{WriteError, json, number};
+use lostmotion::sim::machine::Memory;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -27,6 +29,8 @@ use std::path::{Path, PathBuf};
 pub(crate) enum AxisCommand {
     /// Run one axis alone on setpoints from a CSV
     Run(RunAxis),
+    /// Move an axis for a minute so that `adaptive` learns its load and gap before the part
+    Commission(Commission),
     /// Fit the gap of an axis to a log of motor position, load position and current
     Fit(Fit),
 }
@@ -59,6 +63,8 @@ pub(crate) struct RunAxis {
     /// CSV to write, a row a servo tick
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) learning: LearnedFiles,
     #[command(flatten)]
     pub(crate) begins: Start,
     #[command(flatten)]
@@ -94,6 +100,7 @@ const LEAST_CYCLE_SWING_SHARE: f64 = 0.02;
 pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
     match command {
         AxisCommand::Run(args) => run_axis(args, quiet),
+        AxisCommand::Commission(args) => commission::run(args, quiet),
         AxisCommand::Fit(args) => fit(args, quiet),
     }
 }
@@ -103,6 +110,15 @@ fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)>
     let machine = name.and_then(|name| Some(name.rsplit_once(':')?.0));
     let files = name.into_iter().chain(machine);
     files.map(|file| (Path::new(file), "file of the axis"))
+}
+
+/// What a memory calls an axis: the letter behind the machine's name, or `axis` where it stands
+/// alone.
+fn letter_of(name: &str) -> &str {
+    match name.rsplit_once(':') {
+        Some((_, letter)) if !letter.contains(['/', '\\', '.']) => letter,
+        _ => "axis",
+    }
 }
 
 /// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
@@ -134,11 +150,20 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     // The axis begins at the first setpoint, at rest unless told otherwise: a jump there would be
     // the table's, not the axis'.
     let first = setpoints.next().transpose()?.unwrap_or_default();
-    let (config, start) = args.begins.of(config, first.position)?;
+    let (mut config, start) = args.begins.of(config, first.position)?;
     let method: MethodId = args
         .method
         .parse()
         .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+    args.learning.check(&[method])?;
+    let letter = letter_of(&args.axis);
+    let memory = args.learning.of_axis(letter, quiet)?;
+    // That of its name, or the only one.
+    let remembered = memory.as_ref().and_then(|memory| {
+        let of_name = memory.axis.get(letter);
+        of_name.or_else(|| memory.axis.values().next())
+    });
+    config.compensation.learned = remembered.copied();
     let mut runner = build_runner_from(&config, method, &start)
         .map_err(|error| Failure::message(error.to_string()))?;
     // Samples are in radians of the motor; people read the axis' unit at the load.
@@ -177,6 +202,12 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     }
     // The file takes its name only now: an error above leaves none behind.
     writer.finish().map_err(unwritten)?.commit()?;
+    let mut learned = Memory::default();
+    if let Some(found) = runner.learned() {
+        let axis = AxisMemory::new(found, &config);
+        learned.axis.insert(letter.to_owned(), axis);
+    }
+    args.learning.save(memory.as_ref(), &learned)?;
     // A limit cycle is a finding about the axis, not a failure of the run.
     if let Some(cycle) = detector.cycle().filter(|_| !quiet) {
         let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());

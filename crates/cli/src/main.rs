@@ -6,10 +6,12 @@
 //! nothing left behind.
 //!
 //! Modules in the order of their dependencies: `output`, `input`, `findings` and `fits`; `options`
-//! that commands share; a module for the commands of each heading; `cli` above them.
+//! that commands share, and `commission`, what methods that learn start from; a module for the
+//! commands of each heading; `cli` above them.
 
 mod axis;
 mod cli;
+mod commission;
 mod findings;
 mod fits;
 mod input;

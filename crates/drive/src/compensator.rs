@@ -3,6 +3,7 @@
 //! Its configuration is immutable and shared, its state is small, cloneable and serialisable. It
 //! sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
 
+use crate::learned::{Learned, Learning};
 use crate::signal::{Correction, Signals};
 use crate::twin::Twinned;
 use serde::{Deserialize, Serialize};
@@ -60,6 +61,17 @@ pub trait Compensator: Send + Sync + 'static {
     /// nothing for a method that has none. [`Compensator::step`] is this, the model's step, and
     /// [`Compensator::finish`]; who runs many axes steps their models side by side.
     fn begin<'a>(&'a self, _state: &'a mut Self::State, _signals: &Signals) -> Option<Twinned<'a>> {
+        None
+    }
+
+    /// What it has learned of its axis for good; `None` for a method that learns nothing, and while
+    /// it knows nothing.
+    fn learned(&self, _state: &Self::State) -> Option<Learned> {
+        None
+    }
+
+    /// What it knows now, for traces; `None` for a method that learns nothing.
+    fn learning(&self, _state: &Self::State) -> Option<Learning> {
         None
     }
 

@@ -2,6 +2,7 @@
 
 use crate::compensator::MethodInfo;
 use crate::error::AxisError;
+use crate::learned::{Learned, Learning};
 use crate::plant::{Plant, PlantInput, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Correction, Reference, Setpoint};
@@ -92,6 +93,13 @@ pub trait AxisRunner: Send {
 
     /// The compensator.
     fn info(&self) -> &'static MethodInfo;
+
+    /// What the compensator has learned of the axis; `None` where it learns nothing, and while it
+    /// knows nothing.
+    fn learned(&self) -> Option<Learned>;
+
+    /// What the compensator knows now, for traces; `None` where it learns nothing.
+    fn learning(&self) -> Option<Learning>;
 
     /// The plant's present state, at the motor's shaft.
     fn plant(&self) -> &PlantState;

@@ -3,6 +3,7 @@
 use crate::compensator::{Compensator, MethodInfo};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
+use crate::learned::{Learned, Learning};
 use crate::plant::{Drifting, Plant, PlantParams, PlantStart, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
@@ -326,6 +327,14 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
 
     fn info(&self) -> &'static MethodInfo {
         self.model.compensator.info()
+    }
+
+    fn learned(&self) -> Option<Learned> {
+        self.model.compensator.learned(&self.state.compensator)
+    }
+
+    fn learning(&self) -> Option<Learning> {
+        self.model.compensator.learning(&self.state.compensator)
     }
 
     fn plant(&self) -> &PlantState {

@@ -24,6 +24,7 @@
 
 mod crossing;
 mod filter;
+mod memory;
 mod passage;
 mod readings;
 pub mod registry;
@@ -33,6 +34,7 @@ mod told;
 mod traverse;
 
 pub use lostmotion_drive::{AxisOutput, AxisStart, Setpoint};
+pub use memory::{AxisMemory, LearnedOn};
 pub use registry::{
     Method, MethodId, Registered, Settings, UnknownMethod, build_misled, build_runner,
     build_runner_from, run_with,
@@ -79,6 +81,9 @@ macro_rules! methods {
             /// whatever the method; it changes nothing but traces.
             #[serde(skip_serializing_if = "is_default")]
             pub estimate_shaft: bool,
+            /// What a method that learns starts from; not in machine files.
+            #[serde(skip)]
+            pub learned: Option<AxisMemory>,
             $($(
                 #[doc = concat!("Settings of the methods of `", stringify!($file), "`.")]
                 #[serde(skip_serializing_if = "is_default")]

@@ -98,6 +98,18 @@ struct Kept {
 }
 
 impl Readings {
+    /// A value with its variance that was read before, as the newest readings: as many as can
+    /// agree and no more than two, so that two new ones that agree outvote it.
+    pub(super) fn known(value: f64, variance: f64, count: u32) -> Readings {
+        let mut known = Readings::default();
+        // of two readings the mean has half the variance of each
+        let count = count.min(2);
+        for _ in 0..count {
+            known.take(value, f64::from(count) * variance, false, true);
+        }
+        known
+    }
+
     /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is clear
     /// enough to count alone.
     pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool, alone: bool) {

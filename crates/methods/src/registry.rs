@@ -58,6 +58,7 @@ pub struct Method {
     passive: bool,
     needs_fit: bool,
     closes_on_load: bool,
+    learns: bool,
     suits: fn(&AxisConfig) -> Result<(), AxisConfigError>,
     /// The axis, what the method is told of it, and how it begins.
     build: fn(&AxisConfig, &AxisConfig, &AxisStart) -> Box<dyn AxisRunner>,
@@ -71,6 +72,7 @@ impl Method {
             passive: C::PASSIVE,
             needs_fit: C::NEEDS_FIT,
             closes_on_load: C::CLOSES_ON_LOAD,
+            learns: C::LEARNS_LOAD,
             suits: C::suits,
             build: |config, told, start| boxed(config, C::from_axis(told), start),
         }
@@ -132,6 +134,12 @@ impl MethodId {
     /// Whether it closes the position loop over the load's scale instead of the motor's encoder.
     pub fn closes_on_load(self) -> bool {
         self.0.closes_on_load
+    }
+
+    /// Whether it learns load and gap, and can start from what it learned
+    /// ([`AxisMemory`](crate::AxisMemory)).
+    pub fn learns(self) -> bool {
+        self.0.learns
     }
 
     /// Whether it measures the load.

@@ -6,6 +6,7 @@
 //! ([`Simulation::time`]). The answers are plain data ([`results`]); an [`Observer`] sees rows and
 //! points as they are finished.
 
+pub mod commission;
 pub mod control;
 pub mod error;
 pub mod import;

@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use crate::results::{BlockResult, ReversalResult};
 use lostmotion_base::{AxisId, BlockRef};
-use lostmotion_drive::Engagement;
+use lostmotion_drive::{Engagement, Learning};
 use lostmotion_drive::config::AxisUnit;
 use std::ops::ControlFlow;
 
@@ -136,6 +136,16 @@ pub trait Observer: Send {
 
     /// Whether the signals of the motors are wanted; keeping them costs time.
     fn wants_motors(&self) -> bool {
+        false
+    }
+
+    /// What the drives of a method know at the end of a chunk of the plan, in the order of
+    /// [`Machine::drives`](crate::Machine::drives); `None` for a method that learns nothing. Only
+    /// called if [`Observer::wants_learning`].
+    fn learning(&mut self, _method: usize, _time_s: f64, _drives: &[Option<Learning>]) {}
+
+    /// Whether what methods learn is wanted.
+    fn wants_learning(&self) -> bool {
         false
     }
 }

@@ -1,7 +1,7 @@
 //! Settings of a run.
 
 use crate::control::Control;
-use crate::machine::{BOW_LIMIT_UM, Machine};
+use crate::machine::{BOW_LIMIT_UM, Machine, Memory};
 use lostmotion_contour::ContourConfig;
 use lostmotion_drive::config::Interpolator;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
@@ -65,6 +65,8 @@ pub struct SimulateOptions {
     pub misled_share: Option<f64>,
     /// The control among whose functions a method is recommended; the machine's own if `None`.
     pub control: Option<Control>,
+    /// What methods that learn start from; `None` where they know nothing.
+    pub learned: Option<Arc<Memory>>,
     /// How much work the planner puts into a shorter time.
     pub quality: Quality,
     /// What an operator does while the program runs: feed hold, resume, override, stop; in the
@@ -106,6 +108,7 @@ impl Default for SimulateOptions {
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
             misled_share: None,
             control: None,
+            learned: None,
             quality: Quality::default(),
             interventions: Vec::new(),
             limits: interpreter.limits,

@@ -5,6 +5,7 @@
 //! so. The JSON form of these types is the versioned output of the command line: fields are only
 //! ever added within one schema number, and one that is missing in a file is read as its default.
 
+use crate::machine::Memory;
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
 use lostmotion_methods::{MethodId, Misled};
@@ -245,6 +246,10 @@ pub struct MethodResult {
     /// something.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub misled: Vec<MisledResult>,
+    /// What it has learned of the axes by the end, of a method that learns. Not part of the JSON
+    /// form: it is a file of its own.
+    #[serde(skip)]
+    pub learned: Memory,
     /// Why it is not recommended, if there is a reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_recommended: Option<String>,

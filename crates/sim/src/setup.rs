@@ -28,6 +28,9 @@ impl<'a> Setup<'a> {
         options: &'a SimulateOptions,
         own: Option<&Arc<dyn Kinematics>>,
     ) -> Result<Setup<'a>, SimError> {
+        if let Some(memory) = &options.learned {
+            memory.check(machine)?;
+        }
         Ok(Setup {
             program,
             machine,

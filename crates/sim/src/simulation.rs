@@ -1,7 +1,7 @@
 //! The way in: a program on a machine, what is to be done with it, and the answer.
 
 use crate::error::{SimError, SinkError};
-use crate::machine::Machine;
+use crate::machine::{Machine, Memory};
 use crate::method::Choice;
 use crate::motion::{self, Curves, Feed};
 use crate::observer::{Audience, Observer, OnProgress, Progress};
@@ -138,6 +138,13 @@ impl<'a> Simulation<'a> {
     /// Size of the cutting force on feed moves, N, in place of the machine's.
     pub fn cutting_force_n(mut self, cutting_force_n: f64) -> Simulation<'a> {
         self.options.cutting_force_n = Some(cutting_force_n);
+        self
+    }
+
+    /// What methods that learn (`adaptive`) start from, as an earlier run has learned it
+    /// ([`MethodResult::learned`](crate::results::MethodResult::learned)).
+    pub fn learned(mut self, memory: Memory) -> Simulation<'a> {
+        self.options.learned = Some(Arc::new(memory));
         self
     }
 

@@ -2,6 +2,7 @@
 
 use super::record::{Answer, Record, Trace};
 use super::{accepted, failure, shown, to_json};
+use crate::commission::LearnedFiles;
 use crate::findings::{Form, Voice};
 use crate::input;
 use crate::options::machine::{Drives, with_fits};
@@ -17,6 +18,7 @@ use lostmotion::report::text::TextOptions;
 use lostmotion::sim::control::{Control, UnknownControl};
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What `simulate` and `compare` share.
 #[derive(Debug, Args)]
@@ -64,6 +66,8 @@ pub(crate) struct Run {
     /// second motor of a gantry's Y; may be repeated
     #[arg(long, value_name = "AXIS=FILE.json")]
     pub(crate) fitted: Vec<String>,
+    #[command(flatten)]
+    pub(crate) learning: LearnedFiles,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
@@ -139,7 +143,7 @@ pub(crate) struct Compare {
 }
 
 /// What a run is given: the program, the machine, and how.
-fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
+fn prepare(run: &Run, quiet: bool) -> Result<(Program, Machine, SimulateOptions), Failure> {
     let program = input::program(&run.on.part)?;
     // First how the drives are commanded: a fit is checked with the axis that it goes to.
     let machine = run.drives.of(&run.on.machine()?)?;
@@ -152,7 +156,9 @@ fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
             "--sensitivity is {percent}; it has to be from 0 to 95"
         )));
     }
+    let learned = run.learning.of_machine(&machine, quiet)?;
     let options = SimulateOptions {
+        learned: learned.map(Arc::new),
         tolerance_um: run.tolerance_um,
         cutting_force_n: run.cutting_force_n,
         bow_limit_um: run.bow_limit_um,
@@ -209,10 +215,22 @@ pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     )
 }
 
+/// The method asked for, or those that the axes have of their own.
+fn methods_of(asked: Option<&str>, machine: &Machine) -> Vec<MethodId> {
+    match asked {
+        Some(name) => name.parse().into_iter().collect(),
+        None => machine
+            .axes()
+            .iter()
+            .map(|axis| axis.config.compensation.method)
+            .collect(),
+    }
+}
+
 /// One method, or each axis' own. Exit code 0 within tolerance, 1 outside or where the machine
 /// stops.
 fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
-    let (program, machine, options) = prepare(run)?;
+    let (program, machine, options) = prepare(run, voice.quiet)?;
     let simulation = Simulation::new(&program, &machine);
     // Without a method each axis has the one of the machine file, and all of them make the label.
     let (simulation, label) = match method {
@@ -223,6 +241,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         None => (simulation, machine.method_names()),
     };
     let methods = std::slice::from_ref(&label);
+    run.learning.check(&methods_of(method, &machine))?;
     // The folder is made first: a wrong one must not cost the run.
     let mut record = Record::new(run.out.as_deref(), &run.trace, methods, voice.quiet)?;
     let simulation = simulation
@@ -233,6 +252,8 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         .into_single()
         .ok_or_else(|| Failure::message("no method was run"))?;
     accepted(&program, &machine, &options, voice)?;
+    let learned = &simulation.result.learned;
+    run.learning.save(options.learned.as_deref(), learned)?;
     let json = to_json(&simulation)?;
     // Files get text without colour in full width; stdout gets what its terminal can show.
     record.finish(&Answer {
@@ -260,10 +281,15 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
 
 /// Several methods side by side; all, if none is named. Exit code 0 whatever the verdicts are.
 fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
-    let (program, machine, options) = prepare(run)?;
+    let (program, machine, options) = prepare(run, voice.quiet)?;
     // A document on stderr must not have a sentence before it.
     let quiet = voice.quiet || voice.diagnostics != Form::Text;
     let methods = compared(named, &machine, quiet)?;
+    let named: Vec<MethodId> = methods
+        .iter()
+        .filter_map(|name| name.parse().ok())
+        .collect();
+    run.learning.check(&named)?;
     let mut record = Record::new(run.out.as_deref(), &run.trace, &methods, voice.quiet)?;
     let comparison = Simulation::new(&program, &machine)
         .methods(&methods)
@@ -272,6 +298,11 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         .run()
         .map_err(|error| failure(&program, &error, voice))?;
     accepted(&program, &machine, &options, voice)?;
+    // One method learns: the others have learned nothing.
+    let learned = comparison.results.iter().map(|result| &result.learned);
+    if let Some(learned) = learned.filter(|memory| !memory.is_empty()).next_back() {
+        run.learning.save(options.learned.as_deref(), learned)?;
+    }
     let json = to_json(&comparison)?;
     record.finish(&Answer {
         program: &comparison.program.name,

@@ -41,7 +41,7 @@ const UNLOADED_SHARE: f64 = 1e-3;
 /// screw of 20 mm; slower, the direction of friction is uncertain.
 const MOVING_RAD_S: f64 = 0.02;
 /// Largest inertia of a load, over that of the motor. A choice.
-const LARGEST_INERTIA: f64 = 100.0;
+pub(super) const LARGEST_INERTIA: f64 = 100.0;
 
 /// The filter, and the block or reversal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,6 +83,23 @@ impl LearningState {
             bridge: None,
             together: false,
             pending: None,
+        }
+    }
+
+    /// The load is known already, with its covariance in the order of
+    /// [`LearningState::covariance`].
+    pub(super) fn known(
+        load: &LoadModel,
+        covariance: &[LoadVector; N],
+        inertia: f64,
+        rated: f64,
+    ) -> LearningState {
+        let mean = [load.inertia, load.viscous, load.coulomb, load.constant];
+        LearningState {
+            filter: LoadFilter::known(&mean, covariance, &units(inertia, rated)),
+            blocks: BLOCKS_TO_KNOW,
+            known: true,
+            ..LearningState::new()
         }
     }
 

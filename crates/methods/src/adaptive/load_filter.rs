@@ -102,6 +102,22 @@ impl LoadFilter {
         }
     }
 
+    /// With unknowns that were learned before and their covariance, in SI; `unit`: SI value of one
+    /// unit of each.
+    pub(super) fn known(
+        mean: &LoadVector,
+        covariance: &[LoadVector; N],
+        unit: &LoadVector,
+    ) -> LoadFilter {
+        LoadFilter {
+            mean: std::array::from_fn(|i| mean[i] / unit[i]),
+            covariance: std::array::from_fn(|i| {
+                std::array::from_fn(|j| covariance[i][j] / (unit[i] * unit[j]))
+            }),
+            ..LoadFilter::new()
+        }
+    }
+
     /// Covariance of the unknowns in the units of each.
     pub(super) fn covariance(&self, unit: &LoadVector) -> [LoadVector; N] {
         std::array::from_fn(|i| std::array::from_fn(|j| self.covariance[i][j] * unit[i] * unit[j]))

@@ -55,6 +55,7 @@ mod bridge;
 mod lanes;
 mod learning;
 mod load_filter;
+mod memory;
 mod newton;
 mod prior;
 mod reading;
@@ -73,7 +74,9 @@ use lostmotion_base::Clock;
 use lostmotion_drive::config::Transmission;
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::twin::{LoadModel, Twinned};
-use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use lostmotion_drive::{
+    Compensator, Correction, GapReading, Knowledge, Learned, Learning, MethodInfo, Signals,
+};
 use prior::Prior;
 use reading::Reading;
 use said::Said;
@@ -162,6 +165,8 @@ pub struct Adaptive {
     known: Known,
     motor: Motor,
     motor_coulomb: f64,
+    /// What it starts from.
+    remembered: Option<Learned>,
 }
 
 /// What it has learned, and the reading under way.
@@ -172,6 +177,8 @@ pub struct AdaptiveState {
     learning: LearningState,
     watch: Watch,
     reading: Option<Reading>,
+    /// The last reading, for traces.
+    last: Option<GapReading>,
     gap: Readings,
     /// Half gap that is used, rad; 0 for none.
     used: f64,
@@ -192,6 +199,9 @@ impl Registered for Adaptive {
 
     /// The windows and filters count in servo ticks of 250 us.
     fn suits(config: &AxisConfig) -> Result<(), AxisConfigError> {
+        if let Some(memory) = &config.compensation.learned {
+            memory.check(config)?;
+        }
         if config.cycles.servo() == Clock::SERVO {
             return Ok(());
         }
@@ -243,6 +253,7 @@ impl Registered for Adaptive {
                 noise,
             },
             motor_coulomb: config.motor.coulomb_nm,
+            remembered: config.compensation.learned.map(|memory| memory.learned),
         }
     }
 }
@@ -290,6 +301,7 @@ impl Adaptive {
                 .learning
                 .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
         }
+        state.last = Some(memory::reported(state.last, &said, sharp && !unsure));
         if counts(&said) && !unsure && (sharp || !said.wavered) {
             // contacts that hardly show, or over a wavering flank, are less certain than their
             // variance
@@ -354,16 +366,28 @@ impl Compensator for Adaptive {
     }
 
     fn initial(&self, motor_position: f64) -> AdaptiveState {
+        if let Some(learned) = &self.remembered {
+            return self.remembering(motor_position, learned);
+        }
         AdaptiveState {
             crossing: self.crossing.initial(motor_position, &self.first),
             load: self.first,
             learning: LearningState::new(),
             watch: Watch::default(),
             reading: None,
+            last: None,
             gap: Readings::default(),
             used: 0.0,
             trust: Trust::NONE,
         }
+    }
+
+    fn learned(&self, state: &AdaptiveState) -> Option<Learned> {
+        self.memory(state)
+    }
+
+    fn learning(&self, state: &AdaptiveState) -> Option<Learning> {
+        Some(self.knowledge(state))
     }
 
     fn step(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {

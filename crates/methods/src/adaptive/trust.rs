@@ -48,6 +48,26 @@ impl Trust {
         others: 1.0,
     };
 
+    /// From what is known already: whether friction holds the load, and whether the gap is too small
+    /// to matter.
+    pub(super) fn remembering(held: bool, nil: bool) -> Trust {
+        Trust {
+            held,
+            nil,
+            ..Trust::NONE
+        }
+    }
+
+    /// Whether friction certainly holds the load.
+    pub(super) fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// The part of a known gap that is used.
+    pub(super) fn share(&self) -> f64 {
+        self.used(1.0)
+    }
+
     /// Takes the reference and the flank of a tick, and the least and the most Coulomb friction that
     /// the load may have, parts of the rated torque.
     pub(super) fn step(&mut self, reference: &Reference, side: i8, [least, most]: [f64; 2]) {

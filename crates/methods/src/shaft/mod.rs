@@ -47,7 +47,7 @@ mod window;
 use crate::AxisConfig;
 use crate::readings::Readings;
 use fit::{Found, ShaftPrior};
-use lostmotion_drive::{Compensator, Correction, MethodInfo, Signals, Twinned};
+use lostmotion_drive::{Compensator, Correction, Learned, Learning, MethodInfo, Signals, Twinned};
 use model::ShaftMotor;
 use reading::ShaftReading;
 use serde::{Deserialize, Serialize};
@@ -277,6 +277,14 @@ impl<C: Compensator> Compensator for Observed<C> {
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction {
         let correction = self.compensator.step(&mut state.compensator, signals);
         self.watch(&mut state.shaft, signals, correction)
+    }
+
+    fn learned(&self, state: &Self::State) -> Option<Learned> {
+        self.compensator.learned(&state.compensator)
+    }
+
+    fn learning(&self, state: &Self::State) -> Option<Learning> {
+        self.compensator.learning(&state.compensator)
     }
 
     fn begin<'a>(&'a self, state: &'a mut Self::State, signals: &Signals) -> Option<Twinned<'a>> {

@@ -11,6 +11,7 @@ mod file;
 mod gantry;
 mod keys;
 mod limits;
+mod memory;
 mod monitoring;
 mod preset;
 mod problem;
@@ -25,6 +26,7 @@ pub use file::{AxisEdit, AxisFile, MachineEdit, MachineFile};
 pub use gantry::{Gantry, GantryFile};
 pub use keys::{KeyInfo, keys};
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
+pub use memory::Memory;
 pub use monitoring::{FollowingLimit, MonitorLimits, OverloadLimit};
 pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,

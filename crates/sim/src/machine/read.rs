@@ -151,7 +151,7 @@ pub fn axis_from_changed_toml(
     }
 }
 
-fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
+pub(super) fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
     let report = |(key, value): (String, String)| {
         document.problem(
             &key,
@@ -163,7 +163,7 @@ fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
 }
 
 /// A table as a value, with a place.
-fn spanned(table: DeTable<'_>, at: std::ops::Range<usize>) -> Spanned<DeValue<'_>> {
+pub(super) fn spanned(table: DeTable<'_>, at: std::ops::Range<usize>) -> Spanned<DeValue<'_>> {
     Spanned::new(at, DeValue::Table(table))
 }
 

@@ -2,12 +2,13 @@
 
 use super::outputs::{AxisInfo, Beam, Outputs};
 use crate::error::SimError;
-use crate::machine::Machine;
+use crate::machine::{Machine, Memory};
 use crate::method::Choice;
 use lostmotion_base::Coords;
-use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes};
-use lostmotion_methods::AxisConfig;
-use lostmotion_methods::{MethodId, Misled, build_runner};
+use lostmotion_drive::{
+    AxisBatch, AxisError, AxisOutput, AxisRunner, Learning, Setpoint, Tie, TiedAxes,
+};
+use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -101,9 +102,10 @@ impl Bank {
         machine: &Machine,
         variants: &[Variant<'_>],
         start: &Coords,
-        threads: usize,
-        with_trace: bool,
+        (threads, with_trace): (usize, bool),
+        memory: Option<&Memory>,
     ) -> Result<Bank, SimError> {
+        let drives = machine.drives();
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
         let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
         // One lane for each drive of each variant, settled under gravity at the start.
@@ -128,7 +130,10 @@ impl Bank {
                     axis: axis.id,
                     source,
                 };
-                let config = variant.config(config);
+                let mut config = variant.config(config);
+                let remembered = memory.zip(drives.get(drive));
+                config.compensation.learned =
+                    remembered.and_then(|(memory, name)| memory.axis.get(name).copied());
                 // Joints count in mm and rad, axes in the unit of their file (mm, deg, rad).
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = variant.runner(&config, at).map_err(error)?;
@@ -196,6 +201,39 @@ impl Bank {
             delay_ticks,
             outputs,
         })
+    }
+
+    /// What the drives of a variant have learned, by their number.
+    pub(crate) fn learning(&self, variant: usize) -> Vec<Option<Learning>> {
+        let of = |runner: &dyn AxisRunner| runner.learning();
+        self.of_drives(variant, of)
+    }
+
+    /// What the drives of a variant have learned for good.
+    pub(crate) fn learned(&self, variant: usize, machine: &Machine) -> Memory {
+        let of = |runner: &dyn AxisRunner| runner.learned();
+        let mut memory = Memory::default();
+        for (name, learned) in machine
+            .drives()
+            .into_iter()
+            .zip(self.of_drives(variant, of))
+        {
+            if let Some((learned, config)) = learned.zip(machine.drive(&name)) {
+                memory.axis.insert(name, AxisMemory::new(learned, config));
+            }
+        }
+        memory
+    }
+
+    fn of_drives<T>(&self, variant: usize, of: impl Fn(&dyn AxisRunner) -> T) -> Vec<T> {
+        // Free lanes first, then the ends of beams: the order of the outputs.
+        let beams = self.beams.iter().flat_map(TiedAxes::axes);
+        let runners: Vec<&dyn AxisRunner> = self.batch.axes().chain(beams).collect();
+        let lanes = self.outputs.lanes_of(variant).iter();
+        lanes
+            .filter_map(|lane| runners.get(*lane))
+            .map(|runner| of(*runner))
+            .collect()
     }
 
     /// Command cycles by which references lag behind setpoints; the largest of all axes.

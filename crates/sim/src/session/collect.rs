@@ -133,6 +133,7 @@ fn method_result(
             .map(|stop| stop_result(stop, choice, machine, tally)),
         within_tolerance: recorder.stop.is_none() && cutting.max <= tolerance_um,
         misled: Vec::new(),
+        learned: tally.stepper.bank.learned(variant, machine),
         not_recommended: None,
         notes: Vec::new(),
     };

@@ -103,6 +103,14 @@ impl Outputs {
         self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
     }
 
+    /// The lanes of all drives of a variant, in their order.
+    pub(super) fn lanes_of(&self, variant: usize) -> &[usize] {
+        let drives = self.axes.len() + usize::from(self.gantry.is_some());
+        self.lane_of
+            .get(variant * drives..(variant + 1) * drives)
+            .unwrap_or_default()
+    }
+
     /// Output of the second motor of an axis of a variant, if it has one, and the current limit of
     /// its drive, A.
     pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<(&AxisOutput, f64)> {

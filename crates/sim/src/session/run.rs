@@ -122,6 +122,12 @@ fn run_on(
             if observer.wants_motors() {
                 judge.report_motors(*observer, &stepper);
             }
+            if observer.wants_learning() {
+                let time_s = stepper.progress().simulated_s;
+                for method in 0..methods {
+                    observer.learning(method, time_s, &stepper.bank.learning(method + 1));
+                }
+            }
         }
         // After the rows, so that a caller who cancels here has seen what was finished.
         audience.progress(stepper.progress())?;

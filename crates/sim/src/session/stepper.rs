@@ -13,7 +13,7 @@ use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{
     ContourError, ContourInput, ContourSample, ContourTracker, FootState, ProgrammedSegment,
 };
-use lostmotion_drive::AxisSample;
+use lostmotion_drive::{AxisSample, Learning};
 use lostmotion_plan::Sample;
 
 /// A machine on its way through a program.
@@ -53,7 +53,8 @@ impl Stepper {
         let feed = Feed::new(setup)?;
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
-        let bank = Bank::new(machine, variants, &start, threads, with_trace)?;
+        let memory = options.learned.as_deref();
+        let bank = Bank::new(machine, variants, &start, (threads, with_trace), memory)?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
@@ -219,6 +220,12 @@ impl<'a> Ticks<'a> {
         let index = outputs.axes().iter().position(|info| info.id == axis)?;
         let trace = outputs.of(variant, index).trace.as_ref()?;
         trace.get(frame.servo_sample)
+    }
+
+    /// What the drives of a variant know at the end of the chunk, in the order of
+    /// [`Machine::drives`](crate::Machine::drives).
+    pub fn learning(&self, variant: usize) -> Vec<Option<Learning>> {
+        self.stepper.bank.learning(variant)
     }
 
     /// Servo ticks since the start at which a drive of a variant was at its current or voltage

@@ -18,10 +18,13 @@
 //! ```
 
 mod cell;
+mod knowledge;
+mod limit;
 mod program;
 mod run;
 mod table;
 
 pub use cell::{DrawnCell, Traits, draw};
+pub use knowledge::Told;
 pub use run::{DrawnFigures, DrawnResult, Part, run, run_all};
 pub use table::markdown;

@@ -1,10 +1,20 @@
 //! Cells through the session that users run, and their figures.
 
 use super::cell::{DrawnCell, Traits, draw};
+use super::knowledge::{Knowledge, Told};
+use super::limit;
 use crate::error::StudyError;
+use lostmotion_drive::Learning;
 use lostmotion_methods::MethodId;
-use lostmotion_sim::{ContourPoint, Observer, Program, Run, Simulation};
+use lostmotion_sim::machine::Memory;
+use lostmotion_sim::{
+    ContourPoint, Observer, Program, Run, SimulateOptions, Simulation, commission,
+};
 use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The axes that drawn programs cut with.
+const CUTTING: [&str; 2] = ["x", "y"];
 
 /// Errors over a part of a program, um on cutting moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,12 +34,28 @@ pub struct Part {
 pub struct DrawnFigures {
     /// Registered name.
     pub method: String,
+    /// Whether its axes were commissioned before: a method that learns starts from what it learned
+    /// then.
+    pub warm: bool,
     /// Over the whole program.
     pub whole: Part,
     /// Over the second half of its time.
     pub second_half: Part,
     /// Over the whole program, told its axes wrong: the largest of each figure.
     pub misled: Part,
+    /// Why it leaves what it leaves, of a method that learns; empty where there is no cause to
+    /// name.
+    pub cause: String,
+    /// What it knew and when, of a method that learns.
+    pub told: Vec<Told>,
+}
+
+impl DrawnFigures {
+    /// The method's name for tables: with `, warm` where it was commissioned.
+    pub fn name(&self) -> String {
+        let warm = if self.warm { ", warm" } else { "" };
+        format!("{}{warm}", self.method)
+    }
 }
 
 /// A cell and how all methods do in it.
@@ -41,7 +67,9 @@ pub struct DrawnResult {
     pub traits: Traits,
     /// Length of the motion, s.
     pub duration_s: f64,
-    /// `none` first.
+    /// The practical limit of what backlash leaves, um: RMS and largest.
+    pub practical_um: [f64; 2],
+    /// `none` first; a method that learns cold, and then warm.
     pub methods: Vec<DrawnFigures>,
     /// What `compare` recommends.
     pub recommended: Option<String>,
@@ -64,12 +92,30 @@ struct Second {
     contour_max: f64,
 }
 
-/// Adds up seconds, so that halves can be told apart when the end is known.
-struct Seconds(Vec<Vec<Second>>);
+/// Looks on: adds up seconds, so that halves can be told apart when the end is known, and notes what
+/// is known when.
+struct Watcher {
+    seconds: Vec<Vec<Second>>,
+    knowledge: Vec<Knowledge>,
+}
 
-impl Observer for Seconds {
+impl Watcher {
+    fn new(cell: &DrawnCell, methods: usize) -> Watcher {
+        let names = cell.machine.drives();
+        let drives = || {
+            let configs = names.iter().filter_map(|name| cell.machine.drive(name));
+            Knowledge::new(names.iter().cloned().zip(configs))
+        };
+        Watcher {
+            seconds: vec![Vec::new(); methods],
+            knowledge: std::iter::repeat_with(drives).take(methods).collect(),
+        }
+    }
+}
+
+impl Observer for Watcher {
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
-        let Some(seconds) = self.0.get_mut(method) else {
+        let Some(seconds) = self.seconds.get_mut(method) else {
             return;
         };
         for point in points.iter().filter(|point| point.moving && !point.rapid) {
@@ -90,6 +136,16 @@ impl Observer for Seconds {
     fn wants_contour(&self) -> bool {
         true
     }
+
+    fn learning(&mut self, method: usize, time_s: f64, drives: &[Option<Learning>]) {
+        if let Some(knowledge) = self.knowledge.get_mut(method) {
+            knowledge.push(time_s, drives);
+        }
+    }
+
+    fn wants_learning(&self) -> bool {
+        true
+    }
 }
 
 /// The figures of some seconds.
@@ -105,7 +161,12 @@ fn part(seconds: &[Second]) -> Part {
     }
 }
 
-/// Runs a cell with `none` and these methods.
+/// Command cycles from one look at what is known to the next: 50 ms. A choice: readings come less
+/// often.
+const CHUNK_SAMPLES: usize = 50;
+
+/// Runs a cell with `none` and these methods; those that learn cold, and then warm: after the axes
+/// have been commissioned ([`lostmotion_sim::commission`]).
 ///
 /// # Errors
 /// An unknown method; whatever stops the chain.
@@ -114,21 +175,72 @@ pub fn run(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, StudyErr
         id: cell.name.clone(),
         source: Box::new(source),
     };
-    let names: Vec<&str> = std::iter::once(MethodId::NONE.name())
-        .chain(methods.iter().map(String::as_str))
-        .collect();
-    let program = Program::from_str(cell.name.clone(), cell.program.clone());
-    let mut seconds = Seconds(vec![Vec::new(); names.len()]);
-    let run = Simulation::new(&program, &cell.machine)
-        .methods(names)
-        .observer(&mut seconds)
-        .run()
-        .map_err(|error| inside(error.into()))?;
-    Ok(figures(cell, &run, &seconds.0))
+    run_inside(cell, methods).map_err(inside)
 }
 
-fn figures(cell: &DrawnCell, run: &Run, seconds: &[Vec<Second>]) -> DrawnResult {
-    let methods = run.results.iter().zip(seconds).map(|(result, seconds)| {
+fn run_inside(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, StudyError> {
+    let none = MethodId::NONE.name();
+    let names: Vec<&str> = std::iter::once(none)
+        .chain(methods.iter().map(String::as_str))
+        .collect();
+    let (run, watcher) = simulate(cell, &names, None)?;
+    let mut result = DrawnResult {
+        name: cell.name.clone(),
+        traits: cell.traits,
+        duration_s: run.plan.duration_s,
+        recommended: run.recommended.clone(),
+        ..DrawnResult::default()
+    };
+    let cold = figures(&run, &watcher, false);
+    let learns = |method: &str| method == MethodId::ADAPTIVE.name();
+    for method in cold {
+        let again = learns(&method.method).then(|| method.method.clone());
+        result.methods.push(method);
+        if let Some(method) = again {
+            let (run, watcher) = simulate(cell, &[&method], Some(commissioned(cell)?))?;
+            let warm = figures(&run, &watcher, true);
+            result.methods.extend(warm);
+        }
+    }
+    let whole = result.none().map(|none| none.whole).unwrap_or_default();
+    result.practical_um = limit::practical_um_of(cell, [whole.backlash_rms, whole.backlash_max])?;
+    Ok(result)
+}
+
+/// The memory of the axes that cut, after a minute of commissioning each.
+pub(super) fn commissioned(cell: &DrawnCell) -> Result<Memory, StudyError> {
+    let axes = CUTTING
+        .iter()
+        .filter_map(|name| commission::one(&cell.machine, name));
+    let found = axes.collect::<Result<Vec<_>, _>>()?;
+    Ok(commission::memory(&found))
+}
+
+/// Runs a cell with methods, from a memory if there is one, and looks on.
+fn simulate(
+    cell: &DrawnCell,
+    methods: &[&str],
+    memory: Option<Memory>,
+) -> Result<(Run, Watcher), StudyError> {
+    let program = Program::from_str(cell.name.clone(), cell.program.clone());
+    let mut watcher = Watcher::new(cell, methods.len());
+    let options = SimulateOptions {
+        chunk_samples: CHUNK_SAMPLES,
+        learned: memory.map(Arc::new),
+        ..SimulateOptions::default()
+    };
+    let run = Simulation::new(&program, &cell.machine)
+        .methods(methods)
+        .options(options)
+        .observer(&mut watcher)
+        .run()?;
+    Ok((run, watcher))
+}
+
+fn figures(run: &Run, watcher: &Watcher, warm: bool) -> Vec<DrawnFigures> {
+    let watched = watcher.seconds.iter().zip(&watcher.knowledge);
+    let methods = run.results.iter().zip(watched);
+    let figures = methods.map(|(result, (seconds, knowledge))| {
         let mut misled = Part::default();
         for run in &result.misled {
             misled.backlash_rms = misled.backlash_rms.max(run.backlash.rms);
@@ -136,8 +248,10 @@ fn figures(cell: &DrawnCell, run: &Run, seconds: &[Vec<Second>]) -> DrawnResult 
             misled.contour_rms = misled.contour_rms.max(run.cutting.rms);
             misled.contour_max = misled.contour_max.max(run.cutting.max);
         }
+        let learns = result.method == MethodId::ADAPTIVE.name();
         DrawnFigures {
             method: result.method.clone(),
+            warm,
             whole: Part {
                 backlash_rms: result.backlash.rms,
                 backlash_max: result.backlash.max,
@@ -146,15 +260,15 @@ fn figures(cell: &DrawnCell, run: &Run, seconds: &[Vec<Second>]) -> DrawnResult 
             },
             second_half: part(seconds.get(seconds.len() / 2..).unwrap_or_default()),
             misled,
+            cause: if learns {
+                knowledge.cause(result.backlash.max, run.plan.duration_s)
+            } else {
+                String::new()
+            },
+            told: knowledge.told.clone(),
         }
     });
-    DrawnResult {
-        name: cell.name.clone(),
-        traits: cell.traits,
-        duration_s: run.plan.duration_s,
-        methods: methods.collect(),
-        recommended: run.recommended.clone(),
-    }
+    figures.collect()
 }
 
 /// Draws cells from a seed and runs them on a number of threads (0: one per core). The results come

@@ -1,6 +1,7 @@
 //! The drawn cells for people: one table of methods, one of cells.
 
 use super::run::{DrawnFigures, DrawnResult, Part};
+use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
 use std::fmt::Write;
 
@@ -25,13 +26,18 @@ fn at(sorted: &[f64], share: f64) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-/// Ratios of the backlash RMS to that of `none`, sorted, in the cells in which there is any.
-fn ratios(results: &[DrawnResult], method: usize, of: fn(&DrawnFigures) -> Part) -> Vec<f64> {
+/// A figure of a method over that of `none`, sorted, in the cells in which `none` leaves any.
+fn ratios(
+    results: &[DrawnResult],
+    method: usize,
+    of: fn(&DrawnFigures) -> Part,
+    figure: fn(&Part) -> f64,
+) -> Vec<f64> {
     let mut ratios: Vec<f64> = results
         .iter()
         .filter_map(|result| {
-            let [with, none] = [result.methods.get(method)?, result.none()?]
-                .map(|figures| of(figures).backlash_rms);
+            let [with, none] =
+                [result.methods.get(method)?, result.none()?].map(|figures| figure(&of(figures)));
             (none > 0.0).then(|| with / none)
         })
         .collect();
@@ -39,18 +45,47 @@ fn ratios(results: &[DrawnResult], method: usize, of: fn(&DrawnFigures) -> Part)
     ratios
 }
 
-/// As Markdown: what each method leaves of the backlash RMS of `none`, and in how many cells the
-/// contour is worse than with `none`; then the cells by name.
+/// The practical limit over what `none` leaves, sorted: RMS (0) or largest (1).
+fn practical(results: &[DrawnResult], which: usize) -> Vec<f64> {
+    let mut ratios: Vec<f64> = results
+        .iter()
+        .filter_map(|result| {
+            let none = result.none()?.whole;
+            let none = [none.backlash_rms, none.backlash_max];
+            let none = none.get(which).copied().filter(|none| *none > 0.0)?;
+            Some(result.practical_um.get(which)? / none)
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
+}
+
+/// Median, 95th percentile and the largest, each behind a bar.
+fn spread(sorted: &[f64]) -> String {
+    let [median, high, most] = [0.5, 0.95, 1.0].map(|share| percent(at(sorted, share)));
+    format!("{median} | {high} | {most} |")
+}
+
+/// As Markdown: what each method leaves of what `none` leaves, cold and warm, and in how many cells
+/// the contour is worse than with `none`; the worst cells of methods that learn, with the cause;
+/// then the cells by name.
 pub fn markdown(results: &[DrawnResult], what: &str) -> String {
     let mut out = format!(
-        "{} cells, {what}\n\nBacklash RMS over that of `none`; worse: cells whose contour error is larger than with `none` (RMS 2 %, maximum 2 % and 0.5 um).\n\n",
+        "{} cells, {what}\n\nAll over `none`; median, 95 % and the largest of the cells. Warm: the axes were commissioned for a minute each and start from what they learned. Worse: cells whose contour error is larger than with `none` (RMS 2 %, maximum 2 % and 0.5 um).\n\n",
         results.len()
     );
-    out.push_str("| method | whole: median | p95 | worst | second half: median | p95 | worse | worse if told wrong |\n|---|--:|--:|--:|--:|--:|--:|--:|\n");
+    out.push_str("| method | backlash RMS | p95 | worst | second half | p95 | worst | backlash max | p95 | worst | contour RMS | p95 | worst | contour max | p95 | worst | worse | worse if told wrong |\n|---");
+    out.push_str(&"|--:".repeat(17));
+    out.push_str("|\n");
     let names = results.first().map_or(&[][..], |first| &first.methods);
     for (index, method) in names.iter().enumerate().skip(1) {
-        let whole = ratios(results, index, |figures| figures.whole);
-        let second = ratios(results, index, |figures| figures.second_half);
+        let whole = |figure| spread(&ratios(results, index, |figures| figures.whole, figure));
+        let second = ratios(
+            results,
+            index,
+            |figures| figures.second_half,
+            |part| part.backlash_rms,
+        );
         let count = |of: fn(&DrawnFigures) -> Part| {
             let worse = results.iter().filter(|result| {
                 let pair = (result.methods.get(index), result.none());
@@ -69,18 +104,82 @@ pub fn markdown(results: &[DrawnResult], what: &str) -> String {
         };
         let _ = writeln!(
             out,
-            "| `{}` | {} | {} | {} | {} | {} | {} | {misled} |",
-            method.method,
-            percent(at(&whole, 0.5)),
-            percent(at(&whole, 0.95)),
-            percent(at(&whole, 1.0)),
-            percent(at(&second, 0.5)),
-            percent(at(&second, 0.95)),
+            "| `{}` | {} {} {} {} {} {} | {misled} |",
+            method.name(),
+            whole(|part| part.backlash_rms),
+            spread(&second),
+            whole(|part| part.backlash_max),
+            whole(|part| part.contour_rms),
+            whole(|part| part.contour_max),
             count(|figures| figures.whole),
         );
     }
+    let _ = writeln!(
+        out,
+        "| practical limit | {} | | | {} | | | | | | | |",
+        spread(&practical(results, 0)),
+        spread(&practical(results, 1)),
+    );
     let _ = writeln!(out, "\n{}", recommended(results));
+    for (index, method) in names.iter().enumerate() {
+        // Of methods that learn the time line is known, and with it the cause.
+        if results.iter().any(|result| {
+            let of = result.methods.get(index);
+            of.is_some_and(|figures| !figures.told.is_empty())
+        }) {
+            out.push_str(&worst(results, index, &method.name()));
+        }
+    }
     out.push_str(&cells(results));
+    out
+}
+
+/// Cells that are listed with their cause.
+const WORST_CELLS: usize = 10;
+
+/// The worst cells of a method by the backlash RMS over that of `none`, and all that are worse, with
+/// the cause.
+fn worst(results: &[DrawnResult], index: usize, name: &str) -> String {
+    let lookup = MethodId::LOOKUP.name();
+    let mut rows: Vec<(f64, &DrawnResult, &DrawnFigures, &DrawnFigures)> = results
+        .iter()
+        .filter_map(|result| {
+            let (with, none) = (result.methods.get(index)?, result.none()?);
+            let ratio = with.whole.backlash_rms / none.whole.backlash_rms;
+            Some((ratio, result, with, none))
+        })
+        .collect();
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut out = format!(
+        "\n## The worst cells of `{name}`\n\n| cell | backlash RMS | max | contour RMS | max | `{lookup}`: backlash RMS | practical limit | cause |\n|---|--:|--:|--:|--:|--:|--:|---|\n"
+    );
+    for (place, (ratio, result, with, none)) in rows.into_iter().enumerate() {
+        let is_worse = is_worse(&with.whole, &none.whole);
+        if place >= WORST_CELLS && !is_worse {
+            continue;
+        }
+        let over = |figure: fn(&Part) -> f64| percent(figure(&with.whole) / figure(&none.whole));
+        let told = result.methods.iter().find(|method| method.method == lookup);
+        let _ = writeln!(
+            out,
+            "| {}{} | {} | {} | {} | {} | {} | {} | {} |",
+            result.name,
+            if is_worse { " (worse)" } else { "" },
+            percent(ratio),
+            over(|part| part.backlash_max),
+            over(|part| part.contour_rms),
+            over(|part| part.contour_max),
+            told.map_or("-".to_owned(), |told| percent(
+                told.whole.backlash_rms / none.whole.backlash_rms
+            )),
+            percent(result.practical_um[0] / none.whole.backlash_rms),
+            if with.cause.is_empty() {
+                "-"
+            } else {
+                &with.cause
+            },
+        );
+    }
     out
 }
 
@@ -117,9 +216,9 @@ fn recommended(results: &[DrawnResult]) -> String {
 /// One row a cell: what it is, what `none` leaves, and the ratio of each method.
 fn cells(results: &[DrawnResult]) -> String {
     let names = results.first().map_or(&[][..], |first| &first.methods);
-    let mut out = "\n| cell | gaps, um | friction, % | inertia | encoder | feed-forward | s | `none`: contour max | backlash RMS |".to_owned();
+    let mut out = "\n## Cells\n\n| cell | gaps, um | friction, % | inertia | encoder | feed-forward | s | `none`: contour max | backlash RMS |".to_owned();
     for method in names.iter().skip(1) {
-        let _ = write!(out, " `{}` |", method.method);
+        let _ = write!(out, " `{}` |", method.name());
     }
     out.push_str(" recommended |\n|---|---|---|---|--:|---|--:|--:|--:|");
     out.push_str(&"--:|".repeat(names.len().saturating_sub(1)));

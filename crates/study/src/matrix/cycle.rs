@@ -109,7 +109,7 @@ const NO_TORQUE_NM: f64 = 1e-6;
 
 /// One axis' watch over its commands.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Watch {
+pub(crate) struct Watch {
     direction: f64,
     need: f64,
     acceleration: f64,
@@ -117,16 +117,16 @@ pub(super) struct Watch {
 
 /// What happened at a CNC tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Event {
+pub(crate) struct Event {
     /// The velocity changed its sign.
-    pub(super) reversal: bool,
+    pub(crate) reversal: bool,
     /// The flank changed; the least error that this can leave, rad.
-    pub(super) flank_rad: Option<f64>,
+    pub(crate) flank_rad: Option<f64>,
 }
 
 impl Watch {
     /// Takes the command of a CNC tick: rad/s and rad/s2 at the motor.
-    pub(super) fn step(&mut self, physics: &Physics, velocity: f64, acceleration: f64) -> Event {
+    pub(crate) fn step(&mut self, physics: &Physics, velocity: f64, acceleration: f64) -> Event {
         // A rest keeps the direction, so that a stop between two strokes of one direction is no
         // reversal.
         let before = self.direction;

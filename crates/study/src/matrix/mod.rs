@@ -31,7 +31,9 @@ pub mod table;
 
 pub use cell::{Trace, Traced};
 pub use factor::{Cell, FACTORS, Factor};
+pub(crate) use cycle::Watch;
 pub use limit::{Physics, traverse_s};
+pub(crate) use result::practical_um;
 pub use result::{CellResult, MethodFigures};
 pub use run::{Progress, run_cell, run_cells};
 pub use sample::{MOST_CELLS, all_cells, sample};

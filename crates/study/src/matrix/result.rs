@@ -244,6 +244,20 @@ const UNKNOWN_GAP_SHARE: f64 = 0.01;
 /// Goal where the limit allows it: RMS and largest error over those of `none`. A choice.
 pub(super) const WANTED: [f64; 2] = [0.02, 0.10];
 
+/// The practical limit in um, RMS and largest error, from the least errors that physics leaves, from
+/// those of `none`, and from a count of the encoder at the load.
+pub(crate) fn practical_um(least_um: [f64; 2], none_um: [f64; 2], count_um: f64) -> [f64; 2] {
+    let rms = [
+        QUINTIC_TRAVERSE_CUBED * least_um[0],
+        UNKNOWN_GAP_SHARE * none_um[0],
+        count_um / 12.0_f64.sqrt(),
+    ];
+    let max = QUINTIC_TRAVERSE_CUBED * least_um[1] + UNKNOWN_GAP_SHARE * none_um[1] + count_um;
+    // Independent causes: variances add up, largest errors add up at worst.
+    let squares: f64 = rms.iter().map(|part| part * part).sum();
+    [squares.sqrt(), max]
+}
+
 impl CellResult {
     /// The practical limit: RMS and largest error, over those of `none`; `None` if `none` leaves
     /// next to nothing.
@@ -251,17 +265,10 @@ impl CellResult {
         let none = self.of(MethodId::NONE.name())?;
         // No limit where `none` leaves next to nothing: there is no ratio to hold it against.
         self.ratios(MethodId::NONE.name())?;
-        let rms = [
-            QUINTIC_TRAVERSE_CUBED * self.limit_rms_um,
-            UNKNOWN_GAP_SHARE * none.rms_um,
-            self.encoder_um / 12.0_f64.sqrt(),
-        ];
-        let max = QUINTIC_TRAVERSE_CUBED * self.limit_max_um
-            + UNKNOWN_GAP_SHARE * none.max_um
-            + self.encoder_um;
-        // Independent causes: variances add up, largest errors add up at worst.
-        let squares: f64 = rms.iter().map(|part| part * part).sum();
-        Some([squares.sqrt() / none.rms_um, max / none.max_um])
+        let least = [self.limit_rms_um, self.limit_max_um];
+        let none_um = [none.rms_um, none.max_um];
+        let [rms, max] = practical_um(least, none_um, self.encoder_um);
+        Some([rms / none.rms_um, max / none.max_um])
     }
 
     /// Whether a method leaves no more than is wanted in RMS (0) and in its largest error (1), or

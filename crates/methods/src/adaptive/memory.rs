@@ -1,0 +1,119 @@
+//! What the method knows as a memory, a start from one, and what it shows of its learning.
+
+use super::learning::{LARGEST_INERTIA, LearningState};
+use super::load_filter::LEAST_INERTIA;
+use super::said::Said;
+use super::trust::Trust;
+use super::watch::Watch;
+use super::{
+    Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE,
+    NEGLIGIBLE_HALF_GAP_RAD, counts,
+};
+use crate::readings::Readings;
+use lostmotion_drive::twin::LoadModel;
+use lostmotion_drive::{GapReading, Learned, Learning, ReadingVerdict};
+
+impl Adaptive {
+    /// The state before the first tick of an axis whose load and gap are known.
+    pub(super) fn remembering(&self, motor_position: f64, learned: &Learned) -> AdaptiveState {
+        let (inertia, rated) = (self.motor.inertia, self.motor.rated_torque);
+        // within what learning itself can reach
+        let load = LoadModel {
+            inertia: learned
+                .load_inertia_kgm2
+                .clamp(LEAST_INERTIA * inertia, LARGEST_INERTIA * inertia),
+            viscous: learned.viscous_nm_s_per_rad,
+            coulomb: learned.coulomb_nm,
+            constant: learned.constant_nm,
+            ..self.first
+        };
+        let half_gap = learned.half_gap_rad.min(LARGEST_HALF_GAP_RAD);
+        let deviation = learned.half_gap_deviation_rad;
+        let gap = if half_gap > 0.0 {
+            Readings::known(half_gap, deviation * deviation, learned.gap_readings)
+        } else {
+            Readings::default()
+        };
+        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= NEGLIGIBLE_HALF_GAP_RAD;
+        AdaptiveState {
+            crossing: self.crossing.initial(motor_position, &load),
+            learning: LearningState::known(&load, &learned.covariance(), inertia, rated),
+            load,
+            watch: Watch::default(),
+            reading: None,
+            last: None,
+            used: gap.used(),
+            gap,
+            trust: Trust::remembering(!learned.floats, nil),
+        }
+    }
+
+    /// What is known of load and gap; `None` while the load is unknown.
+    pub(super) fn memory(&self, state: &AdaptiveState) -> Option<Learned> {
+        if !state.learning.known {
+            return None;
+        }
+        let load = &state.load;
+        // a gap too small to matter is known, too
+        let (is_read, is_nil) = (state.gap.count > 0, state.trust.nil);
+        let learned = Learned {
+            half_gap_rad: if is_read { state.gap.value } else { 0.0 },
+            half_gap_deviation_rad: if is_read {
+                state.gap.variance.max(0.0).sqrt()
+            } else if is_nil {
+                0.5 * NEGLIGIBLE_HALF_GAP_RAD
+            } else {
+                0.0
+            },
+            gap_readings: state.gap.count.max(u32::from(is_nil)),
+            floats: !state.trust.is_held(),
+            load_inertia_kgm2: load.inertia,
+            viscous_nm_s_per_rad: load.viscous,
+            coulomb_nm: load.coulomb,
+            constant_nm: load.constant,
+            ..Learned::default()
+        };
+        let covariance = state
+            .learning
+            .covariance(self.motor.inertia, self.motor.rated_torque);
+        // figures that a drive could not act on are no memory
+        Some(learned.with_covariance(&covariance)).filter(|learned| learned.check().is_ok())
+    }
+
+    /// What is known and used now.
+    pub(super) fn knowledge(&self, state: &AdaptiveState) -> Learning {
+        Learning {
+            learned: self.memory(state),
+            used_half_gap_rad: state.trust.used(state.used),
+            share: state.trust.share(),
+            reading: state.last,
+        }
+    }
+}
+
+/// A reading for traces; `sharp`: sharp enough for a wavering flank, and the inertia known for it.
+pub(super) fn reported(before: Option<GapReading>, said: &Said, sharp: bool) -> GapReading {
+    let verdict = if said.evidence <= LEAST_EVIDENCE {
+        ReadingVerdict::NoContact
+    } else if said.half_gap >= LARGEST_HALF_GAP_RAD {
+        ReadingVerdict::TooLarge
+    } else if said.wavered && !sharp {
+        ReadingVerdict::Wavering
+    } else if counts(said) {
+        ReadingVerdict::Counts
+    } else if said.variance.sqrt() >= LARGEST_DOUBT * said.half_gap {
+        ReadingVerdict::Vague
+    } else {
+        ReadingVerdict::Unexplained
+    };
+    GapReading {
+        number: before.map_or(1, |reading| reading.number.saturating_add(1)),
+        half_gap_rad: said.half_gap,
+        deviation_rad: if said.variance.is_finite() {
+            said.variance.sqrt()
+        } else {
+            0.0
+        },
+        verdict,
+    }
+}

@@ -1,0 +1,181 @@
+//! The memory of an axis: what a method has learned of it, bound to the axis it was learned on.
+//!
+//! What was learned holds for a motor, a transmission, a shaft and an encoder. Loops may be tuned
+//! anew, limits and programs may change; with another motor or screw the figures are those of
+//! another axis, and [`AxisMemory::check`] names the first key that differs.
+
+use crate::AxisConfig;
+use lostmotion_base::units::number;
+use lostmotion_drive::Learned;
+use lostmotion_drive::config::Transmission;
+use lostmotion_drive::config::check::AxisConfigError;
+use serde::{Deserialize, Serialize};
+
+/// Relative difference up to which two values of a description are the same: a file may give a
+/// gear in fewer digits. A choice.
+const SAME_SHARE: f64 = 1e-6;
+
+/// What must not change of an axis for what was learned on it to hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedOn {
+    /// Inertia of the motor's rotor, kg m2.
+    pub rotor_inertia_kgm2: f64,
+    /// Inertia of screw or pinion on the motor's side of the gap, kg m2.
+    pub screw_inertia_kgm2: f64,
+    /// Torque of the motor for one ampere, N m/A.
+    pub torque_constant_nm_per_a: f64,
+    /// Torque that the motor can give for ever, N m.
+    pub rated_torque_nm: f64,
+    /// Viscous friction at the motor, N m s/rad.
+    pub motor_viscous_nm_s_per_rad: f64,
+    /// Coulomb friction at the motor, N m.
+    pub motor_coulomb_nm: f64,
+    /// Way for one turn of the screw, mm; `None` for an axis that turns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lead_mm: Option<f64>,
+    /// Turns of the motor for one turn of screw or table.
+    pub gear: f64,
+    /// Stiffness of the shaft at the motor, N m/rad.
+    pub stiffness_nm_per_rad: f64,
+    /// Counts of a turn of the motor's encoder; `None` for an ideal one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder_counts_per_rev: Option<u32>,
+}
+
+impl LearnedOn {
+    /// Of an axis.
+    pub fn of(axis: &AxisConfig) -> LearnedOn {
+        let load = axis.reflected_load();
+        let (lead_mm, gear) = match axis.transmission {
+            Transmission::Linear(linear) => (Some(linear.lead_mm), linear.gear),
+            Transmission::Rotary(rotary) => (None, rotary.gear),
+        };
+        LearnedOn {
+            rotor_inertia_kgm2: axis.motor.inertia_kgm2,
+            screw_inertia_kgm2: load.motor_side_inertia_kgm2,
+            torque_constant_nm_per_a: axis.motor.torque_constant_nm_per_a,
+            rated_torque_nm: axis.motor.rated_torque_nm,
+            motor_viscous_nm_s_per_rad: axis.motor.viscous_nm_s_per_rad,
+            motor_coulomb_nm: axis.motor.coulomb_nm,
+            lead_mm,
+            gear,
+            stiffness_nm_per_rad: load.stiffness_nm_per_rad,
+            encoder_counts_per_rev: axis.drive.encoder_counts_per_rev,
+        }
+    }
+
+    /// Every quantity: its key, what people call it, its value; `None` where there is no such part.
+    fn all(&self) -> [(&'static str, &'static str, Option<f64>); 10] {
+        let told = |value: f64| Some(value);
+        [
+            (
+                "rotor_inertia_kgm2",
+                "a rotor inertia of",
+                told(self.rotor_inertia_kgm2),
+            ),
+            (
+                "screw_inertia_kgm2",
+                "an inertia of screw or pinion of",
+                told(self.screw_inertia_kgm2),
+            ),
+            (
+                "torque_constant_nm_per_a",
+                "a torque constant of",
+                told(self.torque_constant_nm_per_a),
+            ),
+            (
+                "rated_torque_nm",
+                "a rated torque of",
+                told(self.rated_torque_nm),
+            ),
+            (
+                "motor_viscous_nm_s_per_rad",
+                "a viscous friction of the motor of",
+                told(self.motor_viscous_nm_s_per_rad),
+            ),
+            (
+                "motor_coulomb_nm",
+                "a Coulomb friction of the motor of",
+                told(self.motor_coulomb_nm),
+            ),
+            ("lead_mm", "a lead of", self.lead_mm),
+            ("gear", "a gear of", told(self.gear)),
+            (
+                "stiffness_nm_per_rad",
+                "a stiffness of",
+                told(self.stiffness_nm_per_rad),
+            ),
+            (
+                "encoder_counts_per_rev",
+                "encoder counts per turn of",
+                self.encoder_counts_per_rev.map(f64::from),
+            ),
+        ]
+    }
+}
+
+/// What was learned of an axis, and which axis that was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisMemory {
+    /// Load and gap.
+    pub learned: Learned,
+    /// The axis.
+    pub learned_on: LearnedOn,
+}
+
+impl AxisMemory {
+    /// What was learned on an axis.
+    pub fn new(learned: Learned, axis: &AxisConfig) -> AxisMemory {
+        AxisMemory {
+            learned,
+            learned_on: LearnedOn::of(axis),
+        }
+    }
+
+    /// The total gap in the unit of an axis (mm, deg, rad); 0 while it is unknown.
+    pub fn gap_in_unit(&self, axis: &AxisConfig) -> f64 {
+        2.0 * self.learned.half_gap_rad / axis.transmission.motor_rad_per_unit()
+    }
+
+    /// Whether it can be used on an axis: values that make sense, learned on such an axis.
+    ///
+    /// # Errors
+    /// The first value out of range, or else the first that differs from the axis', with its key.
+    pub fn check(&self, axis: &AxisConfig) -> Result<(), AxisConfigError> {
+        self.learned
+            .check()
+            .map_err(|error| error.within("learned"))?;
+        let here = LearnedOn::of(axis);
+        for ((key, what, there), (_, _, here)) in self.learned_on.all().into_iter().zip(here.all())
+        {
+            if same(there, here) {
+                continue;
+            }
+            let shown = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), number);
+            return Err(AxisConfigError::Mismatch {
+                key: format!("learned_on.{key}"),
+                reason: format!(
+                    "it was learned on an axis with {what} {}, this one has {}",
+                    shown(there),
+                    shown(here)
+                ),
+                hint: "take the memory of this axis, or let it learn anew (`axis commission`)"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Whether two values are the same for a description.
+fn same(there: Option<f64>, here: Option<f64>) -> bool {
+    match (there, here) {
+        (Some(there), Some(here)) => {
+            (there - here).abs() <= SAME_SHARE * there.abs().max(here.abs())
+        }
+        (None, None) => true,
+        _ => false,
+    }
+}
