@@ -102,8 +102,9 @@ impl Readings {
     /// agree and no more than two, so that two new ones that agree outvote it.
     pub(super) fn known(value: f64, variance: f64, count: u32) -> Readings {
         let mut known = Readings::default();
-        // of two readings the mean has half the variance of each
-        let count = count.min(2);
+        // of n readings the mean has an nth of the variance of each; as many as are kept, so that
+        // new ones have to be as many to contradict
+        let count = count.min(KEPT_READINGS as u32);
         for _ in 0..count {
             known.take(value, f64::from(count) * variance, false, true);
         }
