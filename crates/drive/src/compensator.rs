@@ -45,6 +45,9 @@ pub trait Compensator: Send + Sync + 'static {
     /// and not what the motor carries at the moment.
     const LEARNS_LOAD: bool = false;
 
+    /// Whether it has to be told how ready the other axes are ([`Compensator::heed`]).
+    const HEEDS_OTHERS: bool = false;
+
     /// What it says of itself.
     fn info(&self) -> &'static MethodInfo;
 
@@ -76,4 +79,14 @@ pub trait Compensator: Send + Sync + 'static {
     fn finish(&self, state: &mut Self::State, signals: &Signals) -> Correction {
         self.step(state, signals)
     }
+
+    /// How far it compensates the axis as it is moved now, 0 (not at all) to 1 (as well as it can);
+    /// `None` where the other axes of a contour need not care: it does not learn, or the axis
+    /// stands, or nothing of it needs compensation.
+    fn readiness(&self, _state: &Self::State) -> Option<f64> {
+        None
+    }
+
+    /// Told some times a second: the least [`Compensator::readiness`] of the machine's other axes.
+    fn heed(&self, _state: &mut Self::State, _others: f64) {}
 }

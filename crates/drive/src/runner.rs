@@ -126,6 +126,15 @@ pub trait AxisRunner: Send {
     /// And what it answers, once its model is stepped.
     fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction;
 
+    /// [`crate::Compensator::HEEDS_OTHERS`] of its compensator.
+    fn heeds_others(&self) -> bool;
+
+    /// [`crate::Compensator::readiness`] of its compensator.
+    fn readiness(&self) -> Option<f64>;
+
+    /// [`crate::Compensator::heed`] of its compensator.
+    fn heed(&mut self, others: f64);
+
     /// Then its [`CurrentLoop::periods`] periods of the current loop.
     fn current_loop(&mut self) -> CurrentLoop<'_>;
 }

@@ -275,6 +275,20 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.tick(index, out);
     }
 
+    fn heeds_others(&self) -> bool {
+        C::HEEDS_OTHERS
+    }
+
+    fn readiness(&self) -> Option<f64> {
+        self.model.compensator.readiness(&self.state.compensator)
+    }
+
+    fn heed(&mut self, others: f64) {
+        self.model
+            .compensator
+            .heed(&mut self.state.compensator, others);
+    }
+
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
         let signals = self.model.signals([reference, next], seen);

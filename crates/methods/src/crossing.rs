@@ -215,6 +215,7 @@ impl Crossing {
                 if to != state.traverse.now() {
                     state.traverse.start(to, ticks);
                     state.taking_up = false;
+                    state.crossed_at_rest = state.at_rest;
                 }
             } else if self.takes_up && !state.traverse.moving() {
                 self.take_up(state, &now, load, to);
@@ -310,12 +311,16 @@ impl Crossing {
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
         // a learned load predicts the slip worse than the motor's own torque shows it
         if stands && self.takes_up && load.coulomb > self.unloaded {
-            return if state.held_ticks >= HELD_AFTER_TICKS {
+            // once a rest: a traverse that pushes the load, since the gap is known too large,
+            // would be answered by the next one
+            state.at_rest = true;
+            return if state.held_ticks >= HELD_AFTER_TICKS && !state.crossed_at_rest {
                 self.held(state, lead_ticks)
             } else {
                 state.side
             };
         }
+        (state.at_rest, state.crossed_at_rest) = (false, false);
         // moving: both signs have to agree; standing: the twin pulls with a notable part of the
         // friction
         let side = if torque > 0.0 { 1 } else { -1 };
@@ -403,6 +408,9 @@ pub(crate) struct CrossingState {
     pub(super) holding: [f64; 2],
     /// Ticks of rest since the last traverse.
     pub(super) held_ticks: u32,
+    /// Whether the axis rests with a load that sticks, and whether the gap was crossed in this rest.
+    pub(super) at_rest: bool,
+    pub(super) crossed_at_rest: bool,
 }
 
 impl CrossingState {
@@ -423,6 +431,8 @@ impl CrossingState {
             wound: 0.0,
             holding: [0.0; 2],
             held_ticks: 0,
+            at_rest: false,
+            crossed_at_rest: false,
         }
     }
 }

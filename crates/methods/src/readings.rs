@@ -31,6 +31,16 @@ const DRIFT_SHARE: f64 = 0.005;
 const LEAST_DEVIATION_SHARE: f64 = 0.005;
 /// Standard deviations within which readings agree: 3 leave out 0.3 % of good ones.
 const GATE_DEVIATIONS: f64 = 3.0;
+/// Part of a reading within which another agrees whatever their variances: first readings are off by
+/// as much while the load is not known well. A choice: what is used then leaves a tenth.
+const NEAR_SHARE: f64 = 0.1;
+/// Crossings that are remembered as hints, readings that do not count among them.
+const KEPT_HINTS: usize = 8;
+/// Hints that are wanted before any is used.
+const LEAST_HINTS: usize = 6;
+/// Part of the second smallest that is used: they may all be off to one side, and what is too small
+/// only leaves a part of the error.
+const HINT_SHARE: f64 = 0.75;
 /// Largest standard deviation of a group that is used, part of its value. A choice: what is used
 /// then leaves about a tenth of the error.
 const LARGEST_DOUBT: f64 = 0.1;
@@ -54,6 +64,28 @@ pub(super) struct Readings {
     pub(super) seen: u32,
     /// The newest first.
     recent: [Option<Kept>; KEPT_READINGS],
+    /// Crossings that showed a contact, whether they count or not; the newest first, 0 for none.
+    hints: [f64; KEPT_HINTS],
+}
+
+/// Which group is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Consensus {
+    /// The largest.
+    Largest,
+    /// Of those with half as many readings as the largest, two at least, the one with the smallest
+    /// value, for quantities of which less is safe: a gap that is too small only leaves a part of
+    /// the error. Readings near each other agree whatever their variances.
+    Least,
+}
+
+impl Consensus {
+    fn near_share(self) -> f64 {
+        match self {
+            Consensus::Largest => 0.0,
+            Consensus::Least => NEAR_SHARE,
+        }
+    }
 }
 
 /// A reading, and how far it is to be believed.
@@ -66,12 +98,13 @@ struct Kept {
 }
 
 impl Readings {
-    /// A value with its variance that was read before, as the newest readings: as many as can
-    /// agree and no more than two, so that two new ones that agree outvote it.
+    /// A value with its variance that was read before, as the newest readings: as many as had
+    /// agreed and are kept.
     pub(super) fn known(value: f64, variance: f64, count: u32) -> Readings {
         let mut known = Readings::default();
-        // of two readings the mean has half the variance of each
-        let count = count.min(2);
+        // of n readings the mean has an nth of the variance of each; as many as are kept, so that
+        // new ones have to be as many to contradict
+        let count = count.min(KEPT_READINGS as u32);
         for _ in 0..count {
             known.take(value, f64::from(count) * variance, false, true);
         }
@@ -81,6 +114,18 @@ impl Readings {
     /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is clear
     /// enough to count alone.
     pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool, alone: bool) {
+        self.take_by(Consensus::Largest, value, variance, wavered, alone);
+    }
+
+    /// The same by another rule.
+    pub(super) fn take_by(
+        &mut self,
+        rule: Consensus,
+        value: f64,
+        variance: f64,
+        wavered: bool,
+        alone: bool,
+    ) {
         // the smallest single crossing bounds the readings over wavering flanks, the new one and
         // those kept
         let single = |kept: &Kept| {
@@ -112,21 +157,54 @@ impl Readings {
             wavered,
             alone,
         });
-        self.count = 0;
         // consensus: the group around each reading in turn; of equal ones the first, which holds
         // the newest
-        for age in 0..KEPT_READINGS {
-            let group = self.group(age);
-            if group.count > self.count {
+        let groups: [Readings; KEPT_READINGS] =
+            std::array::from_fn(|age| self.group(age, rule.near_share()));
+        let most = match rule {
+            Consensus::Largest => f64::INFINITY,
+            Consensus::Least => {
+                let largest = groups.iter().map(|group| group.count).max().unwrap_or(0);
+                let enough = largest.div_ceil(2).max(2).min(largest);
+                let least = groups
+                    .iter()
+                    .filter(|group| group.count >= enough)
+                    .map(|group| group.value)
+                    .fold(f64::INFINITY, f64::min);
+                // groups around neighbours differ by a reading or two
+                (1.0 + NEAR_SHARE) * least
+            }
+        };
+        self.count = 0;
+        for group in groups {
+            if group.value <= most && group.count > self.count {
                 (self.value, self.variance, self.count) =
                     (group.value, group.variance, group.count);
             }
         }
     }
 
-    /// The readings that agree with the one at `around`, joined by a straight line over their age, at
+    /// Takes a reading that may not count.
+    pub(super) fn hint(&mut self, value: f64) {
+        self.hints.rotate_right(1);
+        self.hints[0] = value;
+    }
+
+    /// A value below what the last hints say: a part of the second smallest of several; else 0.
+    fn hinted(&self) -> f64 {
+        let mut sorted = self.hints;
+        sorted.sort_by(f64::total_cmp);
+        // zeros, which are no hints, come first
+        let known = sorted.iter().filter(|hint| **hint > 0.0).count();
+        if known < LEAST_HINTS {
+            return 0.0;
+        }
+        HINT_SHARE * sorted[KEPT_HINTS - known + 1]
+    }
+
+    /// The readings that agree with the one at `around`, at least those within a part of it, joined by a straight line over their age, at
     /// the newest of them.
-    fn group(&self, around: usize) -> Readings {
+    fn group(&self, around: usize, near_share: f64) -> Readings {
         let mut joined = Readings::default();
         let Some(Kept {
             value: centre,
@@ -150,9 +228,9 @@ impl Readings {
             };
             // the gate widens with the drift between both
             let apart = drift * age.abs_diff(around) as f64;
-            if (value - centre) * (value - centre)
-                > GATE_DEVIATIONS * GATE_DEVIATIONS * (its + variance + apart * apart)
-            {
+            let gate = (GATE_DEVIATIONS * GATE_DEVIATIONS * (its + variance + apart * apart))
+                .max(near_share * near_share * centre * centre);
+            if (value - centre) * (value - centre) > gate {
                 continue;
             }
             let newest = *newest.get_or_insert(age);
@@ -193,7 +271,7 @@ impl Readings {
             .filter(alone)
             .map(|kept| kept.value)
             .reduce(f64::min)
-            .unwrap_or(0.0)
+            .unwrap_or_else(|| if self.count == 0 { self.hinted() } else { 0.0 })
     }
 
     /// Standard deviation of the group over its value; infinite while nothing is known.

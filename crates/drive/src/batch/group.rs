@@ -69,6 +69,12 @@ impl Group {
         self.axes.iter().map(|axis| &**axis)
     }
 
+    pub(super) fn axes_mut(&mut self) -> impl Iterator<Item = &mut dyn AxisRunner> {
+        self.axes
+            .iter_mut()
+            .map(|axis| &mut **axis as &mut dyn AxisRunner)
+    }
+
     /// Setpoints and outputs lane by lane, possibly of different lengths.
     pub(super) fn push(
         &mut self,

@@ -70,6 +70,11 @@ impl AxisBatch {
         self.groups.iter().flat_map(Group::axes)
     }
 
+    /// The axes in their order, to be told something.
+    pub fn axes_mut(&mut self) -> impl Iterator<Item = &mut dyn AxisRunner> {
+        self.groups.iter_mut().flat_map(Group::axes_mut)
+    }
+
     /// Gives each axis its setpoints and an output to append to, as [`AxisRunner::push`] does;
     /// `setpoints` and `outputs` are in the order of the axes, and what is missing in one of them
     /// leaves its axis where it is.

@@ -39,7 +39,7 @@ pub(super) struct Bridge {
 /// Result of a bridge, means over its time: the change of speed over time (rad/s2), speed (rad/s),
 /// sign of the load's speed, torque behind the motor (N m), part of the time in which the load was
 /// loose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Crossed {
     pub(super) acceleration: f64,
     pub(super) speed: f64,

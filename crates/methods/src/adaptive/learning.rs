@@ -14,7 +14,7 @@
 //! Over a reversal, from one steady stretch to the next, the balance of momentum holds whatever
 //! happens between (`bridge`). The four unknowns are estimated in `load_filter`.
 
-use super::bridge::{BLOCK_TICKS, Block, Bridge};
+use super::bridge::{BLOCK_TICKS, Block, Bridge, Crossed};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
 use super::watch::Motor;
 use lostmotion_base::Clock;
@@ -34,6 +34,9 @@ const BLOCKS_TO_KNOW: u32 = 8;
 /// contact. A choice: half way between a sliding load, whose shaft carries all of its friction, and
 /// a loose one, whose shaft carries none.
 const LOOSE_SHARE: f64 = 0.5;
+/// Torque behind the motor below which nothing is in contact, part of the rated torque: far below
+/// any friction, above the noise of a block.
+const UNLOADED_SHARE: f64 = 1e-3;
 /// Speed below which a load does not count as moving, rad/s at the motor. A choice: 64 um/s on a
 /// screw of 20 mm; slower, the direction of friction is uncertain.
 const MOVING_RAD_S: f64 = 0.02;
@@ -53,6 +56,10 @@ pub(super) struct LearningState {
     block: Block,
     before: Option<Block>,
     bridge: Option<Bridge>,
+    /// Whether the last pair of blocks showed a load in contact.
+    together: bool,
+    /// What a bridge said that ends where the load has yet to show that it is in contact.
+    pending: Option<Crossed>,
 }
 
 /// What the motor shows of the load at a tick: the torque behind the motor (N m), and whether the load may
@@ -74,6 +81,8 @@ impl LearningState {
             block: Block::default(),
             before: None,
             bridge: None,
+            together: false,
+            pending: None,
         }
     }
 
@@ -99,14 +108,32 @@ impl LearningState {
         self.filter.covariance(&units(inertia, rated))
     }
 
+    /// Takes over what a crossing told of the load, SI.
+    pub(super) fn learn(
+        &mut self,
+        (mean, covariance): &([f64; 4], [[f64; 4]; 4]),
+        inertia: f64,
+        rated: f64,
+    ) {
+        let unit = units(inertia, rated);
+        self.filter.learn(
+            std::array::from_fn(|i| mean[i] / unit[i]),
+            std::array::from_fn(|i| {
+                std::array::from_fn(|j| covariance[i][j] / (unit[i] * unit[j]))
+            }),
+        );
+    }
+
     /// Standard deviation over value of the inertia.
     pub(super) fn inertia_doubt(&self) -> f64 {
         self.filter.inertia_doubt()
     }
 
-    /// Coulomb friction that the load may have, N m.
-    pub(super) fn most_friction(&self, load: &LoadModel, rated: f64) -> f64 {
-        load.coulomb + self.filter.friction_doubt() * rated
+    /// The least and the most Coulomb friction that the load may have, within two standard
+    /// deviations, N m.
+    pub(super) fn friction_bounds(&self, load: &LoadModel, rated: f64) -> [f64; 2] {
+        let doubt = 2.0 * self.filter.friction_doubt() * rated;
+        [load.coulomb - doubt, load.coulomb + doubt]
     }
 
     /// One tick; changes the load at the end of a block.
@@ -121,8 +148,14 @@ impl LearningState {
     ) {
         let speed = now.plant.load_velocity;
         // steady: in contact, moving, and in one direction
-        let disturbed =
-            seen.disturbed || speed.abs() < MOVING_RAD_S || speed * self.twin_speed < 0.0;
+        // towards the end of a move the axis creeps after a reference at rest: there the load may
+        // stick, and friction balances any torque
+        let wanted = signals.reference.velocity;
+        let disturbed = seen.disturbed
+            || speed.abs() < MOVING_RAD_S
+            || wanted.abs() < MOVING_RAD_S
+            || speed * wanted < 0.0
+            || speed * self.twin_speed < 0.0;
         self.twin_speed = speed;
         self.calm = if disturbed {
             0
@@ -135,10 +168,17 @@ impl LearningState {
             // part of it
             let rest = std::mem::replace(&mut self.block, Block::start(position));
             // a bridge starts at the last whole block; later disturbances extend it
-            if let Some(before) = self.before.take() {
+            let before = self.before.take();
+            let together = std::mem::replace(&mut self.together, false);
+            self.pending = None;
+            if let Some(before) = before.filter(|_| together) {
                 self.bridge = Some(Bridge::start(before, &rest));
             } else if let Some(bridge) = &mut self.bridge {
                 bridge.skip(&rest);
+            }
+            // a rest hides how long which torque held the load: no balance over it
+            if wanted == 0.0 && signals.next_reference.velocity == 0.0 {
+                self.bridge = None;
             }
             // at rest friction balances any torque, so its direction is unknown
             let loose = speed.abs() < MOVING_RAD_S
@@ -154,10 +194,7 @@ impl LearningState {
             let last = std::mem::replace(&mut self.block, Block::start(position));
             // the first whole block of a stretch closes the bridge
             if let Some(bridge) = self.bridge.take() {
-                self.filter.cross(
-                    &bridge.end(&last, position, motor, twin.motor_coulomb()),
-                    motor,
-                );
+                self.pending = Some(bridge.end(&last, position, motor, twin.motor_coulomb()));
             }
             // two blocks in a row: rising weights of the first and falling ones of the second make
             // the triangle
@@ -201,6 +238,16 @@ impl LearningState {
             speed.signum(),
             1.0,
         ];
+        // torque behind a motor whose load is loose says nothing of the load, and a bridge that
+        // ends there does not either
+        self.together = torque.abs() > UNLOADED_SHARE * rated;
+        let crossed = self.pending.take();
+        if !self.together {
+            return;
+        }
+        if let Some(crossed) = crossed {
+            self.filter.cross(&crossed, motor);
+        }
         self.filter.update(
             &row,
             torque / rated,

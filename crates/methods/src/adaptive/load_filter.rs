@@ -34,6 +34,12 @@ const BIASED_SHARE: f64 = 0.3;
 /// Part of the prior's standard deviations that is added to the estimate's at each biased block, so
 /// that it is learned anew. A choice: 25 biased blocks open the estimate to a tenth of the prior.
 const RELEARN_SHARE: f64 = 0.02;
+/// Standard deviations up to which a residual is what the estimate's own variance foresees: no
+/// bias, since the update that follows takes it away.
+const FORESEEN_DEVIATIONS: f64 = 2.0;
+/// Friction below zero by more than this contradicts the model, part of the rated torque. A choice:
+/// several times the error of a friction that is zero.
+const IMPOSSIBLE_SHARE: f64 = 3e-3;
 /// Unmodelled mean torque over a whole reversal, part of the rated one. A choice: larger learns
 /// less from each reversal, smaller trusts cogging and uneven friction.
 const UNMODELLED_SHARE: f64 = 3e-3;
@@ -115,6 +121,14 @@ impl LoadFilter {
     /// Covariance of the unknowns in the units of each.
     pub(super) fn covariance(&self, unit: &LoadVector) -> [LoadVector; N] {
         std::array::from_fn(|i| std::array::from_fn(|j| self.covariance[i][j] * unit[i] * unit[j]))
+    }
+
+    /// Takes over what a crossing told of the unknowns, which began from what the filter knew then;
+    /// all in the filter's units. What is known better meanwhile stays.
+    pub(super) fn learn(&mut self, mean: LoadVector, covariance: [LoadVector; N]) {
+        if covariance[0][0] < self.covariance[0][0] && (0..N).all(|i| covariance[i][i] > 0.0) {
+            (self.mean, self.covariance) = (mean, covariance);
+        }
     }
 
     /// Standard deviation over value of the inertia.
@@ -211,14 +225,22 @@ impl LoadFilter {
         let foreseen: f64 = ph.iter().zip(row).map(|(p, a)| p * a).sum();
         // bias test before the robust weight, which would discard what contradicts a wrong estimate
         let square = residual * residual;
-        self.bias += BIAS_GAIN * (residual - self.bias);
+        let unforeseen = if square > FORESEEN_DEVIATIONS * FORESEEN_DEVIATIONS * (foreseen + spread)
+        {
+            residual
+        } else {
+            0.0
+        };
+        self.bias += BIAS_GAIN * (unforeseen - self.bias);
         self.power += BIAS_GAIN * (square - self.power);
         let bias = self.bias * self.bias;
         let biased = bias > BIASED_SHARE * self.power && bias > LEAST_SPREAD * LEAST_SPREAD;
         if biased {
-            for (i, line) in self.covariance.iter_mut().enumerate() {
-                line[i] += RELEARN_SHARE * RELEARN_SHARE * PRIOR_DEVIATION[i] * PRIOR_DEVIATION[i];
-            }
+            self.relearn_friction();
+        }
+        // friction below zero: what was learned contradicts itself, learn anew
+        if self.mean[1].min(self.mean[2]) < -IMPOSSIBLE_SHARE {
+            self.relearn_friction();
         }
         // robust weight of Geman and McClure; blocks in which the load is loose lose theirs
         let fit = if known && !biased {
@@ -233,6 +255,14 @@ impl LoadFilter {
             1.0 / (foreseen + CORRELATED_BLOCKS * spread / (fit * fit)),
             residual,
         );
+    }
+
+    /// Opens what is known of friction and constant torque. Not of the inertia: loads that bounce
+    /// would be taken for a new one, and reversals show by themselves that it is wrong (`cross`).
+    fn relearn_friction(&mut self) {
+        for (i, line) in self.covariance.iter_mut().enumerate().skip(1) {
+            line[i] += RELEARN_SHARE * RELEARN_SHARE * PRIOR_DEVIATION[i] * PRIOR_DEVIATION[i];
+        }
     }
 
     /// P row.

@@ -1,11 +1,14 @@
 //! What the method knows as a memory, a start from one, and what it shows of its learning.
 
-use super::floating::Floating;
 use super::learning::{LARGEST_INERTIA, LearningState};
 use super::load_filter::LEAST_INERTIA;
 use super::said::Said;
+use super::trust::Trust;
 use super::watch::Watch;
-use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE, counts};
+use super::{
+    Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE,
+    NEGLIGIBLE_HALF_GAP_RAD, counts,
+};
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{GapReading, Learned, Learning, ReadingVerdict};
@@ -31,6 +34,7 @@ impl Adaptive {
         } else {
             Readings::default()
         };
+        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= NEGLIGIBLE_HALF_GAP_RAD;
         AdaptiveState {
             crossing: self.crossing.initial(motor_position, &load),
             learning: LearningState::known(&load, &learned.covariance(), inertia, rated),
@@ -40,11 +44,7 @@ impl Adaptive {
             last: None,
             used: gap.used(),
             gap,
-            floating: if learned.floats {
-                Floating::FLOATING
-            } else {
-                Floating::NEVER
-            },
+            trust: Trust::remembering(!learned.floats, nil),
         }
     }
 
@@ -54,16 +54,19 @@ impl Adaptive {
             return None;
         }
         let load = &state.load;
-        let is_read = state.gap.count > 0;
+        // a gap too small to matter is known, too
+        let (is_read, is_nil) = (state.gap.count > 0, state.trust.nil);
         let learned = Learned {
             half_gap_rad: if is_read { state.gap.value } else { 0.0 },
             half_gap_deviation_rad: if is_read {
                 state.gap.variance.max(0.0).sqrt()
+            } else if is_nil {
+                0.5 * NEGLIGIBLE_HALF_GAP_RAD
             } else {
                 0.0
             },
-            gap_readings: state.gap.count,
-            floats: state.floating.floats(),
+            gap_readings: state.gap.count.max(u32::from(is_nil)),
+            floats: !state.trust.is_held(),
             load_inertia_kgm2: load.inertia,
             viscous_nm_s_per_rad: load.viscous,
             coulomb_nm: load.coulomb,
@@ -81,12 +84,8 @@ impl Adaptive {
     pub(super) fn knowledge(&self, state: &AdaptiveState) -> Learning {
         Learning {
             learned: self.memory(state),
-            used_half_gap_rad: if state.floating.floats() {
-                0.0
-            } else {
-                state.used
-            },
-            share: 1.0,
+            used_half_gap_rad: state.trust.used(state.used),
+            share: state.trust.share(),
             reading: state.last,
         }
     }

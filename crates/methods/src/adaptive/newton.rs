@@ -9,7 +9,7 @@
 //! The half gap's entry of the inverse normal matrix at the end is its variance (Cramer-Rao).
 
 use super::lanes::{Innovation, Lanes};
-use super::prior::{GAP, N, Prior, Vector};
+use super::prior::{GAP, N, OF_LOAD, Prior, Vector};
 use crate::readings::LEAST_PIVOT;
 use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,8 @@ pub(super) struct Accepted {
     pub(super) at: Vector,
     pub(super) misfit: f64,
     pub(super) variance: f64,
+    /// Covariance of the load's unknowns in the order of [`OF_LOAD`].
+    pub(super) load: [[f64; 4]; 4],
     cost: f64,
     step: Vector,
 }
@@ -102,7 +104,7 @@ impl Newton {
         let misfit = sums.cost[0] / count;
         // a misfit above 1 is an error of the model: scaled by it, the window
         // loses weight against the prior, and the variance grows
-        let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
+        let (moves, variance, load) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
         let at = self.at;
         // trust region for the gap, and physical bounds: no negative friction, gap or inertia
         let moved: Vector = std::array::from_fn(|i| {
@@ -117,6 +119,7 @@ impl Newton {
             at,
             misfit,
             variance,
+            load,
             cost,
             step: std::array::from_fn(|i| moved[i] - at[i]),
         });
@@ -145,7 +148,7 @@ fn solve_step(
     information: &[Vector; N],
     pull: &Vector,
     step: &Vector,
-) -> (Vector, f64) {
+) -> (Vector, f64, [[f64; 4]; 4]) {
     // in units of the differences, so that the unknowns are of like size; a small ridge for what
     // the window does not determine
     let mut a = [[0.0; N]; N];
@@ -160,8 +163,15 @@ fn solve_step(
     let (l, mut unit) = (cholesky(&a, LEAST_PIVOT), [0.0; N]);
     unit[GAP] = 1.0;
     let x = cholesky_solve(&l, &right);
+    // the load's part of the inverse, column by column
+    let columns = OF_LOAD.map(|unknown| {
+        let unit: Vector = std::array::from_fn(|i| if i == unknown { 1.0 } else { 0.0 });
+        let column = cholesky_solve(&l, &unit);
+        OF_LOAD.map(|i| column[i] * step[i] * step[unknown])
+    });
     (
         std::array::from_fn(|i| x[i] * step[i]),
         cholesky_solve(&l, &unit)[GAP] * step[GAP] * step[GAP],
+        columns,
     )
 }

@@ -22,7 +22,7 @@ const STIFFNESS: usize = 5;
 const MOTOR: usize = 6;
 /// Places of what the learning of the load knows: inertia, viscous friction, Coulomb friction,
 /// constant torque.
-const OF_LOAD: [usize; 4] = [INERTIA, VISCOUS, COULOMB, CONSTANT];
+pub(super) const OF_LOAD: [usize; 4] = [INERTIA, VISCOUS, COULOMB, CONSTANT];
 
 /// One number for each unknown, SI.
 pub(super) type Vector = [f64; N];

@@ -2,7 +2,7 @@
 
 use super::lanes::{Innovation, LANES, Lanes, Progress};
 use super::newton::Accepted;
-use super::prior::GAP;
+use super::prior::{GAP, OF_LOAD};
 use serde::{Deserialize, Serialize};
 
 /// Alternative half gaps that a found one is compared with, as parts of it, itself first; the last
@@ -24,6 +24,9 @@ pub(super) struct Said {
     /// How much smaller the sum of squared innovations over their variance is than with a gap without
     /// an end: twice the log-likelihood ratio of contact against no contact.
     pub(super) evidence: f64,
+    /// The load's inertia, viscous friction, Coulomb friction and constant torque that explain it
+    /// best, SI, and their covariance.
+    pub(super) load: ([f64; 4], [[f64; 4]; 4]),
 }
 
 impl Said {
@@ -35,6 +38,7 @@ impl Said {
         misfit: f64::INFINITY,
         without: 0.0,
         evidence: 0.0,
+        load: ([0.0; 4], [[0.0; 4]; 4]),
     };
 
     /// The found half gap with the costs of the alternatives in [`AGAINST`]. The reported variance is
@@ -60,6 +64,7 @@ impl Said {
             misfit,
             without,
             evidence: endless - least,
+            load: (OF_LOAD.map(|unknown| at[unknown]), found.load),
         }
     }
 }

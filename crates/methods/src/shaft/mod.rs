@@ -47,9 +47,7 @@ mod window;
 use crate::AxisConfig;
 use crate::readings::Readings;
 use fit::{Found, ShaftPrior};
-use lostmotion_drive::{
-    Compensator, Correction, Learned, Learning, MethodInfo, Signals, Twinned,
-};
+use lostmotion_drive::{Compensator, Correction, Learned, Learning, MethodInfo, Signals, Twinned};
 use model::ShaftMotor;
 use reading::ShaftReading;
 use serde::{Deserialize, Serialize};

@@ -11,10 +11,15 @@ use lostmotion_drive::{
 use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// How long the machine stands still before the program, s: gravity pulls loads to their flank,
 /// drives settle. A choice: many times the slowest loop's time constant of the embedded machines.
 pub const SETTLE_S: f64 = 0.5;
+
+/// Time between two exchanges of how ready the compensators of a machine's axes are, s. A choice:
+/// shorter than it takes to change what is compensated on a flank.
+const EXCHANGE_S: f64 = 0.05;
 
 /// The machine in several variants (without a gap, and with each method), all on the same
 /// setpoints.
@@ -30,6 +35,13 @@ pub(crate) struct Bank {
     drive_of: Vec<usize>,
     /// By drive: the axes, and then the second motor of a gantry.
     setpoints: Vec<Vec<Setpoint>>,
+    /// The variant of each lane, in the order of the batch.
+    variant_of: Vec<usize>,
+    /// Command cycles between two exchanges of how ready the axes' compensators are; 0 where none
+    /// asks.
+    exchange_cycles: usize,
+    /// Command cycles since the last one.
+    since_exchange: usize,
     delay_ticks: u32,
     pub(crate) outputs: Outputs,
 }
@@ -137,6 +149,7 @@ impl Bank {
                 });
             }
         }
+        let drives = count + usize::from(gantry.is_some());
         // The most delayed lane decides how long the end of the program is drained.
         let delay_ticks = lanes
             .iter()
@@ -171,7 +184,15 @@ impl Bank {
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
         let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
+        let heeded = batch.axes().any(|axis| axis.heeds_others());
         Ok(Bank {
+            variant_of: order.iter().map(|lane| lane / drives).collect(),
+            exchange_cycles: if heeded {
+                ((EXCHANGE_S / machine.cycles().command().period_s()).round() as usize).max(1)
+            } else {
+                0
+            },
+            since_exchange: 0,
             setpoints: vec![Vec::new(); count + usize::from(outputs.gantry.is_some())],
             batch,
             beams,
@@ -245,14 +266,58 @@ impl Bank {
         if let Some(beam) = &self.outputs.gantry {
             beam.share_forces(samples, &mut self.setpoints);
         }
+        self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
+        // Stretches end where compensators tell each other how ready they are, at the same times
+        // whatever the length of a chunk.
+        let (count, mut from) = (samples.len(), 0);
+        while from < count {
+            let to = match self.exchange_cycles {
+                0 => count,
+                cycles => count.min(from + cycles - self.since_exchange),
+            };
+            self.step(from..to)?;
+            self.since_exchange += to - from;
+            if self.since_exchange == self.exchange_cycles {
+                self.exchange();
+                self.since_exchange = 0;
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// Tells each compensator the least readiness of the other axes of its variant.
+    fn exchange(&mut self) {
+        let ready: Vec<(usize, Option<f64>)> = self
+            .variant_of
+            .iter()
+            .zip(self.batch.axes())
+            .map(|(variant, axis)| (*variant, axis.readiness()))
+            .collect();
+        for (lane, axis) in self.batch.axes_mut().enumerate() {
+            let others = ready
+                .iter()
+                .enumerate()
+                .filter_map(|(other, (variant, ready))| {
+                    if other != lane && *variant == self.variant_of[lane] {
+                        *ready
+                    } else {
+                        None
+                    }
+                });
+            axis.heed(others.fold(1.0, f64::min));
+        }
+    }
+
+    /// Steps every lane through a stretch of the chunk's setpoints.
+    fn step(&mut self, stretch: Range<usize>) -> Result<(), SimError> {
         // Variants differ in their lanes, never in their setpoints: lanes of one drive share a
         // slice.
         let setpoints: Vec<&[Setpoint]> = self
             .drive_of
             .iter()
-            .map(|drive| self.setpoints[*drive].as_slice())
+            .map(|drive| &self.setpoints[*drive][stretch.clone()])
             .collect();
-        self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
         let free = self.batch.len();
         let (lanes, ends) = self.outputs.lanes.split_at_mut(free);
         let (drive_of, infos) = (&self.drive_of, (&self.outputs.axes, &self.outputs.gantry));

@@ -13,9 +13,6 @@ use lostmotion_sim::{
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// The axes that drawn programs cut with.
-const CUTTING: [&str; 2] = ["x", "y"];
-
 /// Errors over a part of a program, um on cutting moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
@@ -207,16 +204,13 @@ fn run_inside(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, Study
     Ok(result)
 }
 
-/// The memory of the axes that cut, after a minute of commissioning each.
+/// The memory of all axes, after a minute of commissioning each: axes of one contour heed each
+/// other, so one that is not known would hold back the others.
 ///
 /// # Errors
 /// An axis that cannot be run.
 pub fn commissioned(cell: &DrawnCell) -> Result<Memory, StudyError> {
-    let axes = CUTTING
-        .iter()
-        .filter_map(|name| commission::one(&cell.machine, name));
-    let found = axes.collect::<Result<Vec<_>, _>>()?;
-    Ok(commission::memory(&found))
+    Ok(commission::memory(&commission::all(&cell.machine)?))
 }
 
 /// Runs a cell with methods, from a memory if there is one, and looks on.
