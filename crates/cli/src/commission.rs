@@ -262,6 +262,10 @@ fn fault(found: &Commissioned) -> Option<String> {
     if learned.gap_readings == 0 {
         return Some("the gap was not learned: no contact showed, or there is none".to_owned());
     }
+    // A gap too small to matter is known by its deviation alone.
+    if learned.half_gap_rad == 0.0 {
+        return None;
+    }
     if learned.floats {
         return Some("the load may float: the gap is known and not used".to_owned());
     }
