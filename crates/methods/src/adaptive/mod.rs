@@ -14,9 +14,12 @@
 //! 5. Confidence: the reading is compared with other gaps and with one without an end (`said`). Its
 //!    variance is at least what the cost at these implies, and it counts only where the contact
 //!    explains the motor far better than no contact.
-//! 6. Consensus: the largest group of the last readings that agree, with a straight line through it
-//!    (`readings`).
-//! 7. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
+//! 6. Consensus: the groups of the last readings that agree; of those that are large enough the one
+//!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
+//!    its crossing well hands the load that it found back to `learning`.
+//! 7. Trust: the gap is used where friction certainly holds the load, and as far as the axes that
+//!    move with it are ready (`trust`).
+//! 8. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
 //!
 //! ```text
 //! load     T = K_t i - J_M alpha - b_v w - F_M sign(w) = J_L alpha + b_L w + T_f sign(w) + T_const, N m
@@ -24,8 +27,7 @@
 //! ```
 //!
 //! Until it is confident it does nothing: one reading of a clear contact is enough; of several that
-//! contradict each other the smallest is used; otherwise two have to agree. Where nothing holds the
-//! load and it may float, or its motion hardly drives it, it does nothing either (`floating`). At
+//! contradict each other the smallest is used; otherwise two have to agree. At
 //! rest the gap of a load that sticks is crossed where the motor's own torque shows that it is
 //! about to set out: a learned load predicts that less well than a known one. Servo, references and
 //! cutting forces before the crossing do not enter a reading; only the motor's own equation and its
@@ -38,12 +40,10 @@
 //! that the drive uses for its feed-forward, right or wrong, enters only as that gain. Settings:
 //! part of the drive's torque for a traverse (0 to 1).
 //!
-//! Fails: where a load without friction is accelerated so gently, or seen through so coarse an
-//! encoder, that its contacts do not show: it then does nothing, or knows the gap to a tenth. Where
-//! motion shows the load's inertia only in its reversals (short ramps at a low feed), or a wide gap
-//! keeps the load bouncing from stop to stop, contacts are not explained and not used. While it
-//! knows the gap of only one of two axes that make a contour, the contour can be worse than
-//! without. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned
+//! Fails: where motion shows the load's inertia only in its reversals (short ramps at a low feed), or
+//! a wide gap keeps the load bouncing from stop to stop, contacts are not explained and not used.
+//! A load without friction is left as it is. An axis that never learns its gap keeps those that move
+//! with it from being compensated. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned
 //! for a heavy load chatters with the motor alone in the gap, readings scatter. A cutting force
 //! that changes the sign of the torque is not foreseen. Its state holds windows of up to 60 kB.
 //!

@@ -99,13 +99,31 @@ fn on_a_machine_without_a_gap_it_does_nothing() {
 }
 
 #[test]
-fn the_papers_axis_with_a_small_gap_and_no_friction() {
+fn the_papers_axis_with_a_small_gap_and_some_friction() {
     let mut config = AxisConfig::paper().with_gap(0.004);
+    let Load::Reflected(load) = &mut config.load else {
+        panic!("the paper's load turns");
+    };
+    load.coulomb_nm = 0.03 * config.motor.rated_torque_nm;
     for feedforward in [0.0, 1.0] {
         config.drive.velocity_feedforward = feedforward;
         config.drive.acceleration_feedforward = feedforward;
         let [rms, max] = ratio_on_a_sine(&config, "adaptive", 5.0, 6.0, TURNS);
         assert!(rms < 0.02 && max < 0.1, "{feedforward}: {rms} {max}");
+    }
+}
+
+#[test]
+fn a_load_without_friction_is_left_exactly_as_it_is() {
+    let mut config = AxisConfig::paper().with_gap(0.004);
+    for feedforward in [0.0, 1.0] {
+        config.drive.velocity_feedforward = feedforward;
+        config.drive.acceleration_feedforward = feedforward;
+        let motion = |t: f64| circle(5.0, 6.0, t);
+        assert_eq!(
+            run(&config, "adaptive", &motion, 8.0).load,
+            run(&config, "none", &motion, 8.0).load
+        );
     }
 }
 

@@ -51,8 +51,17 @@ fn the_fixed_sample_keeps_its_bounds() {
         (0, 0, 0)
     );
 
-    // told nothing
-    let adaptive = row(&results, "adaptive");
+    // told nothing: a load without friction is left exactly as it is
+    let (free, held): (Vec<CellResult>, Vec<CellResult>) = results
+        .iter()
+        .cloned()
+        .partition(|cell| cell.cell.to_string().contains("-t0-"));
+    assert_eq!(free.len(), 1);
+    assert!(
+        free.iter()
+            .all(|cell| cell.ratios("adaptive") == Some([1.0, 1.0]))
+    );
+    let adaptive = row(&held, "adaptive");
     let (rms, max) = (adaptive.rms_ratio.unwrap(), adaptive.max_ratio.unwrap());
     assert!(rms.median < 0.02 && rms.worst < 0.2, "{rms:?}");
     assert!(max.median < 0.1 && max.worst < 0.5, "{max:?}");
