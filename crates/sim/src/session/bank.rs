@@ -27,6 +27,10 @@ pub(crate) struct Bank {
     threads: usize,
     /// The drive of each lane.
     drive_of: Vec<usize>,
+    /// The variant of each lane.
+    variant_of: Vec<usize>,
+    /// By variant, whether its machine has stopped: its lanes stay where they are.
+    ended: Vec<bool>,
     /// By drive: the axes, and then the second motor of a gantry.
     setpoints: Vec<Vec<Setpoint>>,
     delay_ticks: u32,
@@ -163,15 +167,20 @@ impl Bank {
             gantry,
         };
         let drive_of = order.iter().map(|lane| lanes[*lane].drive).collect();
+        // Every variant has as many lanes, one behind the other.
+        let drives = count + usize::from(outputs.gantry.is_some());
+        let variant_of = order.iter().map(|lane| lane / drives.max(1)).collect();
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
         let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
         Ok(Bank {
-            setpoints: vec![Vec::new(); count + usize::from(outputs.gantry.is_some())],
+            setpoints: vec![Vec::new(); drives],
             batch,
             beams,
             threads,
             drive_of,
+            variant_of,
+            ended: vec![false; variants.len()],
             delay_ticks,
             outputs,
         })
@@ -180,6 +189,13 @@ impl Bank {
     /// Command cycles by which references lag behind setpoints; the largest of all axes.
     pub(crate) fn delay_ticks(&self) -> u32 {
         self.delay_ticks
+    }
+
+    /// Ends a variant whose machine has stopped: nothing of it is simulated from the next chunk on.
+    pub(crate) fn end(&mut self, variant: usize) {
+        if let Some(ended) = self.ended.get_mut(variant) {
+            *ended = true;
+        }
     }
 
     /// Steps every lane through a chunk of samples. `forces` has the force on each joint's load (N or
@@ -208,11 +224,15 @@ impl Bank {
             beam.share_forces(samples, &mut self.setpoints);
         }
         // Variants differ in their lanes, never in their setpoints: lanes of one drive share a
-        // slice.
+        // slice. A lane without setpoints stays where it is.
         let setpoints: Vec<&[Setpoint]> = self
             .drive_of
             .iter()
-            .map(|drive| self.setpoints[*drive].as_slice())
+            .zip(&self.variant_of)
+            .map(|(drive, variant)| match self.ended[*variant] {
+                true => &[],
+                false => self.setpoints[*drive].as_slice(),
+            })
             .collect();
         self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
         let free = self.batch.len();
