@@ -26,6 +26,7 @@ mod sample_parts;
 mod splines;
 mod split;
 mod stops;
+mod stops_end;
 mod time;
 mod travel;
 mod worm;
