@@ -14,6 +14,7 @@ mod cycles;
 mod five_axis;
 mod gantry;
 mod gap_bound;
+mod gap_theorem;
 mod import;
 mod import_kinematics;
 mod interventions;
