@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             if !takes(preset.name) && !takes(&name) {
                 continue;
             }
-            let program = Program::from_str(&name, &std::fs::read_to_string(path)?);
+            let program = Program::from_str(&*name, &std::fs::read_to_string(path)?);
             let methods = MethodId::all().map(|method| method.name());
             let run = match Simulation::new(&program, &machine).methods(methods).run() {
                 Ok(run) => run,
