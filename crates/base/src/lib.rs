@@ -18,6 +18,7 @@ pub mod random;
 pub mod real;
 pub mod root;
 pub mod span;
+pub mod text;
 pub mod tick;
 pub mod units;
 pub mod vec;

@@ -2,6 +2,7 @@
 //! without an answer.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lostmotion::base::text::legible;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::{ReadError, WriteError};
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -48,8 +49,14 @@ impl Failure {
     pub(crate) fn report(&self) -> ExitCode {
         let mut stderr = io::stderr().lock();
         let _ = match self {
-            Failure::Message { text, hint } if hint.is_empty() => writeln!(stderr, "error: {text}"),
-            Failure::Message { text, hint } => writeln!(stderr, "error: {text}\nhint: {hint}"),
+            Failure::Message { text, hint } => {
+                let hint = if hint.is_empty() {
+                    String::new()
+                } else {
+                    format!("\nhint: {}", legible(hint))
+                };
+                writeln!(stderr, "error: {}{hint}", legible(text))
+            }
             Failure::Rendered(text) => writeln!(stderr, "{}", text.trim_end()),
         };
         ExitCode::from(BAD_INPUT)

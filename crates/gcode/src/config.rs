@@ -7,9 +7,73 @@ use crate::ops::Units;
 use crate::tool_table::ToolTable;
 use lostmotion_base::Coords;
 use lostmotion_base::units::deg;
+use std::collections::BTreeMap;
+use std::str::FromStr;
 
 /// Work coordinate systems G54 to G59.3.
 pub const WORK_SYSTEMS: u8 = 9;
+
+/// What an M code of the machine's builder does.
+///
+/// ```
+/// use lostmotion_gcode::MCodeUse;
+///
+/// assert_eq!("dwell:1.5".parse(), Ok(MCodeUse::Dwell(1.5)));
+/// assert!("wait".parse::<MCodeUse>().is_err());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MCodeUse {
+    /// Nothing that moves an axis: it is skipped with its words.
+    Ignore,
+    /// It stops the program as M0 does, after the rest of its line.
+    Stop,
+    /// The machine takes this long to carry it out, s; the axes wait, after the rest of the line.
+    Dwell(f64),
+    /// It calls the subroutine of a number after the rest of its line, as M98 (Fanuc's parameters
+    /// 6071 to 6079).
+    Call(u32),
+    /// It calls the subroutine of a number with the words of its line as arguments, as G65 (Fanuc's
+    /// parameters 6080 to 6089).
+    Macro(u32),
+}
+
+/// Highest number of a program that an M code calls. Published: eight digits (B-63944EN, "Program
+/// Number").
+const HIGHEST_PROGRAM: u32 = 99_999_999;
+
+impl FromStr for MCodeUse {
+    type Err = String;
+
+    /// `ignore`, `stop`, `dwell:SECONDS`, `call:NUMBER` or `macro:NUMBER`.
+    fn from_str(text: &str) -> Result<MCodeUse, String> {
+        let (name, value) = match text.split_once(':') {
+            Some((name, value)) => (name.trim(), Some(value.trim())),
+            None => (text.trim(), None),
+        };
+        let program = |value: &str| {
+            let number = value.trim_start_matches(['O', 'o']).parse::<u32>().ok();
+            number
+                .filter(|number| (1..=HIGHEST_PROGRAM).contains(number))
+                .ok_or_else(|| format!("{value} is not the number of a program"))
+        };
+        match (name.to_ascii_lowercase().as_str(), value) {
+            ("ignore", None) => Ok(MCodeUse::Ignore),
+            ("stop", None) => Ok(MCodeUse::Stop),
+            ("dwell", Some(value)) => value
+                .parse::<f64>()
+                .ok()
+                .filter(|seconds| seconds.is_finite() && *seconds >= 0.0)
+                .map(MCodeUse::Dwell)
+                .ok_or_else(|| format!("{value} is not a time in seconds, 0 or above")),
+            ("call", Some(value)) => program(value).map(MCodeUse::Call),
+            ("macro", Some(value)) => program(value).map(MCodeUse::Macro),
+            _ => Err(format!(
+                "`{text}` is none of ignore, stop, dwell:SECONDS, call:NUMBER and macro:NUMBER"
+            )),
+        }
+    }
+}
 
 /// Settings of an interpreter. Immutable while a program runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,8 +92,9 @@ pub struct InterpreterConfig {
     /// Which of the switches 1 to 9 of `/1` to `/9` are on, `/` being `/1`; as `block_delete` says,
     /// all of them, if `None`.
     pub block_skips: Option<Vec<u8>>,
-    /// M codes that are skipped with their words: those of the machine's builder.
-    pub ignored_m_codes: Vec<Code>,
+    /// What M codes of the machine's builder do; they come before the meaning that a code has
+    /// otherwise.
+    pub m_codes: BTreeMap<Code, MCodeUse>,
     /// Values that the program reads and only the machine knows: the number of a parameter or
     /// system variable (`3011`), or a name (`_hal[spindle.load]`).
     pub told: Vec<(String, f64)>,
@@ -55,7 +120,7 @@ impl Default for InterpreterConfig {
             leniencies: Dialect::default().leniencies(),
             block_delete: false,
             block_skips: None,
-            ignored_m_codes: Vec::new(),
+            m_codes: BTreeMap::new(),
             told: Vec::new(),
             tool_table: None,
             rs274_tapping: false,

@@ -6,6 +6,7 @@ use crate::problem::Problem;
 use crate::provenance::Provenance;
 use crate::provenance::{LoadedFile, SourceFiles};
 use lostmotion_base::span::BlockRef;
+use lostmotion_base::text::legible;
 
 /// One finding, with its place in the source.
 ///
@@ -38,9 +39,14 @@ impl Diagnostic {
         self.problem.severity()
     }
 
+    /// What is wrong, as text; endless numbers and names are cut.
+    pub fn message(&self) -> String {
+        legible(&self.problem.to_string())
+    }
+
     /// What to try, if there is something.
     pub fn hint(&self) -> Option<String> {
-        self.problem.hint()
+        self.problem.hint().map(|hint| legible(&hint))
     }
 }
 
@@ -52,7 +58,7 @@ impl std::fmt::Display for Diagnostic {
             "{severity}[{}]: {}: {}",
             self.code(),
             self.place.span,
-            self.problem
+            self.message()
         )?;
         self.hint().map_or(Ok(()), |hint| write!(f, " ({hint})"))
     }

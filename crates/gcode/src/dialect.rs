@@ -80,6 +80,25 @@ impl Dialect {
             .collect()
     }
 
+    /// The words that select a work coordinate system: 1 for G54 to 9 for G59.3, 10 on for
+    /// those beyond (G54.1 P, at Haas G154 P).
+    ///
+    /// ```
+    /// use lostmotion_gcode::Dialect;
+    ///
+    /// assert_eq!(Dialect::LinuxCnc.system_name(9), "G59.3");
+    /// assert_eq!(Dialect::Fanuc.system_name(10), "G54.1 P1");
+    /// assert_eq!(Dialect::Haas.system_name(108), "G154 P99");
+    /// ```
+    pub fn system_name(self, system: u16) -> String {
+        match (system, self) {
+            (0..=6, _) => format!("G{}", 53 + system.max(1)),
+            (7..=9, _) => format!("G59.{}", system - 6),
+            (_, Dialect::Haas) => format!("G154 P{}", system - 9),
+            _ => format!("G54.1 P{}", system - 9),
+        }
+    }
+
     /// Whether it is for printers.
     pub const fn is_printer(self) -> bool {
         matches!(self, Dialect::Marlin | Dialect::Klipper)
@@ -280,6 +299,9 @@ leniencies! {
     /// `:0001` for `O0001`.
     ColonNumbers => note "colon-number", FANUC,
         "a program number after a colon instead of O";
+    /// G44: a tool length that is subtracted.
+    NegativeLength => note "negative-length", FANUC,
+        "G44 subtracts the tool's length";
     /// SAVE_GCODE_STATE, RESTORE_GCODE_STATE, SET_GCODE_OFFSET.
     GcodeStates => note "gcode-state", &[Klipper],
         "SAVE_GCODE_STATE, RESTORE_GCODE_STATE and SET_GCODE_OFFSET are carried out";

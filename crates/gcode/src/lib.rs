@@ -47,7 +47,7 @@ pub mod tool_table;
 mod turning;
 
 pub use codes::Code;
-pub use config::InterpreterConfig;
+pub use config::{InterpreterConfig, MCodeUse};
 pub use diagnostics::{Diagnostic, Diagnostics};
 pub use dialect::{Dialect, Leniencies, Leniency};
 pub use finding::Severity;

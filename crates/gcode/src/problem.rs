@@ -37,7 +37,8 @@ impl std::fmt::Display for ArcPlace {
 fn builders_code(code: Code) -> Option<String> {
     (code.letter == 'M').then(|| {
         format!(
-            "if it is a code of the machine's builder that moves no axis: --m-code {code}=ignore"
+            "if it is a code of the machine's builder that moves no axis: --m-code {code}=ignore; \
+                it may also stop, dwell:SECONDS, call:NUMBER or macro:NUMBER"
         )
     })
 }
@@ -184,8 +185,9 @@ kinds {
         says("{code} is not a code of this interpreter"),
         "The code is not known.",
         "Check it against the table of codes; take out what only another control understands. An \
-            M code of the machine's builder that moves no axis is skipped with \
-            `--m-code M10=ignore`; it is told once.",
+            M code of the machine's builder is skipped with `--m-code M10=ignore`, or stops, waits \
+            or calls a subroutine (`M10=stop`, `dwell:1.5`, `call:9001`, `macro:9020`); it is told \
+            once.",
         hint builders_code(*code);
     NotACode { letter: char, value: f64 } => error "not-a-code",
         says("{letter}{value} is not a code"),
@@ -283,6 +285,12 @@ kinds {
         "#2001 to #2400 differ between the tool memories A, B and C of Fanuc; memory C is assumed.",
         "#11001 and on hold the geometry of a length, #10001 and on its wear, whatever the memory.",
         hint "use #11001 (geometry) and #10001 (wear), which mean the same in memories B and C";
+    DiameterAssumed { offset: i32 } => warning "diameter-assumed",
+        says("D{offset} is set by the program; its value is taken to be a diameter"),
+        "The program sets the size of a tool, which at Haas is a radius or a diameter by Setting 40; \
+            a diameter is taken.",
+        "Nothing, if Setting 40 of the control says diameter; else double the values.",
+        hint "if Setting 40 of the control says radius, double the value";
     HalValue { name: String } => error "hal-value",
         says("#<{name}> is a value of the machine's HAL or INI file, which is not known here"),
         "A value of LinuxCNC's HAL or INI file is read.",

@@ -125,6 +125,7 @@ const KEYS: &[(&str, Keep)] = &[
     ("value", Keep::Error),
     ("without_gap", Keep::Error),
     // times in s, places and lengths in mm or deg, ratios, forces in N
+    ("at_limit", Keep::Other),
     ("at_limit_s", Keep::Other),
     ("at_mm", Keep::Other),
     ("cutting_force_n", Keep::Other),
@@ -132,6 +133,8 @@ const KEYS: &[(&str, Keep)] = &[
     ("cutting_s", Keep::Other),
     ("duration_s", Keep::Other),
     ("dwell_s", Keep::Other),
+    ("following_error", Keep::Other),
+    ("overload", Keep::Other),
     ("peak_current_ratio", Keep::Other),
     ("peak_velocity", Keep::Other),
     ("plan_s", Keep::Other),
@@ -146,6 +149,7 @@ const KEYS: &[(&str, Keep)] = &[
     ("time_s", Keep::Other),
     ("tool_change_s", Keep::Other),
     ("total_s", Keep::Other),
+    ("travel", Keep::Other),
 ];
 
 /// The decimals that a key stands for; `None` where it inherits those of what it lies in.

@@ -6,9 +6,10 @@ use lostmotion_contour::ContourConfig;
 use lostmotion_drive::config::Interpolator;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{
-    Code, Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable,
+    Code, Dialect, InterpreterConfig, Leniencies, Limits, MCodeUse, SubroutineLoader, ToolTable,
 };
 use lostmotion_plan::{Action, Quality};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What an operator does at a time.
@@ -50,8 +51,8 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Which of `/1` to `/9` are skipped, `/` being `/1`; as `block_delete` says if `None`.
     pub block_skips: Option<Vec<u8>>,
-    /// M codes of the machine's builder that are skipped.
-    pub ignored_m_codes: Vec<Code>,
+    /// What M codes of the machine's builder do.
+    pub m_codes: BTreeMap<Code, MCodeUse>,
     /// Values that only the machine knows: numbers or names of parameters and system variables.
     pub told: Vec<(String, f64)>,
     /// Tools, in place of the machine's own.
@@ -102,7 +103,7 @@ impl Default for SimulateOptions {
             contour: ContourConfig::default(),
             block_delete: interpreter.block_delete,
             block_skips: interpreter.block_skips,
-            ignored_m_codes: interpreter.ignored_m_codes,
+            m_codes: interpreter.m_codes,
             told: interpreter.told,
             tool_table: None,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,

@@ -123,6 +123,24 @@ pub struct AxisResult {
     pub range: [f64; 2],
 }
 
+/// How near the motors of an axis came to the limits that stop the machine, as parts of them: 1 is
+/// the limit. 0 where nothing is watched; on a gantry the larger of both motors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct LimitsUsed {
+    /// The axis.
+    pub axis: AxisId,
+    /// Of the following error that is allowed at the speed of the moment.
+    pub following_error: f64,
+    /// Of the way from the middle of the travel to where the motor is stopped.
+    pub travel: f64,
+    /// Of the overload (I2t).
+    pub overload: f64,
+    /// Of the time that the drive may be at its limit without a break.
+    pub at_limit: f64,
+}
+
 /// Skew of an axis that two motors drive: how far its first end is ahead of the second while
 /// anything moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -240,6 +258,8 @@ pub struct MethodResult {
     /// to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopResult>,
+    /// How near each axis came to being stopped.
+    pub limits_used: Vec<LimitsUsed>,
     /// Largest error of cutting moves within the tolerance, and the machine not stopped?
     pub within_tolerance: bool,
     /// How it does where the drive is told its axis wrong; of methods that are compared and told

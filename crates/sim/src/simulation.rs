@@ -14,7 +14,7 @@ use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_drive::Compensator;
-use lostmotion_gcode::{Code, Dialect, Leniencies, Limits, SubroutineLoader, ToolTable};
+use lostmotion_gcode::{Code, Dialect, Leniencies, Limits, MCodeUse, SubroutineLoader, ToolTable};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_methods::AxisConfig;
 use lostmotion_plan::{Quality, Sample};
@@ -190,9 +190,9 @@ impl<'a> Simulation<'a> {
         self
     }
 
-    /// M codes of the machine's builder that are skipped.
-    pub fn ignored_m_codes(mut self, codes: impl IntoIterator<Item = Code>) -> Simulation<'a> {
-        self.options.ignored_m_codes = codes.into_iter().collect();
+    /// What M codes of the machine's builder do.
+    pub fn m_codes(mut self, codes: impl IntoIterator<Item = (Code, MCodeUse)>) -> Simulation<'a> {
+        self.options.m_codes = codes.into_iter().collect();
         self
     }
 

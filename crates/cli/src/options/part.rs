@@ -8,10 +8,11 @@ use crate::output::Failure;
 use clap::Args;
 use lostmotion::gcode::dialect::LENIENCIES;
 use lostmotion::gcode::{
-    Code, Dialect, InterpreterConfig, Leniencies, Leniency, Limits, SubroutineLoader,
+    Code, Dialect, InterpreterConfig, Leniencies, Leniency, Limits, MCodeUse, SubroutineLoader,
 };
 use lostmotion::sim::program::Operations;
 use lostmotion::sim::{Machine, Program, SimulateOptions};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -28,9 +29,10 @@ pub(crate) struct Reading {
     /// Refuse what the dialect accepts with a warning: the code of that warning; may be repeated
     #[arg(long, value_name = "CODE", value_parser = leniencies(), hide_possible_values = true)]
     pub(crate) refuse: Vec<String>,
-    /// M code of the machine's builder that is skipped with its words, for example M10=ignore, or
-    /// several (M100-M199=ignore); may be repeated
-    #[arg(long, value_name = "CODE=ignore")]
+    /// What an M code of the machine's builder does, or several of them (M100-M199=ignore): ignore
+    /// it with its words, stop as M0, dwell:SECONDS, call:NUMBER as M98, macro:NUMBER as G65; may be
+    /// repeated, the last counts
+    #[arg(long, value_name = "CODE=WHAT")]
     pub(crate) m_code: Vec<String>,
     /// Skip the lines that begin with /N, `/` alone being /1; may be repeated
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=9))]
@@ -109,28 +111,26 @@ impl Reading {
         Ok(limits)
     }
 
-    /// The M codes to skip.
-    fn ignored_m_codes(&self) -> Result<Vec<Code>, Failure> {
-        let mut codes = Vec::new();
+    /// What M codes of the machine's builder do.
+    fn m_codes(&self) -> Result<BTreeMap<Code, MCodeUse>, Failure> {
+        let mut codes = BTreeMap::new();
         for option in &self.m_code {
             let refused = |why: &str| {
                 Failure::with_hint(
                     format!("--m-code {option}: {why}"),
-                    "for example: --m-code M10=ignore or --m-code M100-M199=ignore",
+                    "for example: --m-code M100-M199=ignore or --m-code M10=dwell:1.5",
                 )
             };
             let (names, what) = option
                 .split_once('=')
-                .ok_or_else(|| refused("it is not of the form CODE=ignore"))?;
-            if !what.trim().eq_ignore_ascii_case("ignore") {
-                return Err(refused("all that can be done with an M code is `ignore`"));
-            }
+                .ok_or_else(|| refused("it is not of the form CODE=WHAT"))?;
+            let what: MCodeUse = what.parse().map_err(|why: String| refused(&why))?;
             let (first, last) = names.split_once('-').unwrap_or((names, names));
             let (first, last) = m_number(first)
                 .zip(m_number(last))
                 .filter(|(first, last)| first <= last)
                 .ok_or_else(|| refused("it does not name M codes from M0 to M6000"))?;
-            codes.extend((first..=last).map(|number| Code::m(10 * number)));
+            codes.extend((first..=last).map(|number| (Code::m(10 * number), what.clone())));
         }
         Ok(codes)
     }
@@ -154,7 +154,7 @@ impl Reading {
             dialect,
             leniencies: self.leniencies(dialect)?,
             limits,
-            ignored_m_codes: self.ignored_m_codes()?,
+            m_codes: self.m_codes()?,
             block_skips: self.block_skips(),
             ..config
         })
@@ -173,7 +173,7 @@ impl Reading {
             leniencies: Some(self.leniencies(dialect)?),
             limits: self.limits(options.limits.clone())?,
             loader: Some(self.loader(part)?),
-            ignored_m_codes: self.ignored_m_codes()?,
+            m_codes: self.m_codes()?,
             block_skips: self.block_skips(),
             ..options
         })

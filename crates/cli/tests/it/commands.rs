@@ -573,11 +573,57 @@ fn what_only_the_machine_knows_is_told_by_options() {
     assert!(text.contains("STRAIGHT_TRAVERSE(1.5000"), "{text}");
     for wrong in [
         ["--m-code", "M10"],
-        ["--m-code", "M10=stop"],
+        ["--m-code", "M10=wait"],
+        ["--m-code", "M10=dwell"],
+        ["--m-code", "M10=dwell:-1"],
+        ["--m-code", "M10=dwell:inf"],
+        ["--m-code", "M10=call:main"],
+        ["--m-code", "M10=macro:0"],
+        ["--m-code", "M199-M100=ignore"],
         ["--m-code", "G10=ignore"],
         ["--set", "#3011=today"],
         ["--block-skip", "10"],
     ] {
         bench.expect(2, &[&run[..], &wrong[..]].concat());
     }
+}
+
+#[test]
+fn codes_of_the_builder_stop_wait_and_call() {
+    let bench = Bench::new();
+    bench.file("9001.nc", "O9001\nG0 X3.\nM99\n");
+    bench.file("part.nc", "G21 G90\nG0 X1. M21\nM22\nM23\nM30\n");
+    let run = ["gcode", "canon", "part.nc", "--dialect", "fanuc"];
+    let told = [
+        "--m-code",
+        "M21=dwell:1.5",
+        "--m-code",
+        "M22-M23=stop",
+        "--m-code",
+        "M23=call:9001",
+    ];
+    let text = bench.expect(0, &[&run[..], &told[..]].concat());
+    let ops: Vec<&str> = text
+        .lines()
+        .filter_map(|line| {
+            [
+                "STRAIGHT_TRAVERSE(1",
+                "DWELL(1.5",
+                "PROGRAM_STOP",
+                "STRAIGHT_TRAVERSE(3",
+            ]
+            .into_iter()
+            .find(|op| line.contains(op))
+        })
+        .collect();
+    assert_eq!(
+        ops,
+        [
+            "STRAIGHT_TRAVERSE(1",
+            "DWELL(1.5",
+            "PROGRAM_STOP",
+            "STRAIGHT_TRAVERSE(3"
+        ],
+        "{text}"
+    );
 }

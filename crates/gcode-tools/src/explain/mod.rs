@@ -5,6 +5,7 @@ mod text;
 mod word;
 
 use lostmotion_base::span::Span;
+use lostmotion_gcode::Dialect;
 use lostmotion_gcode::ops::{PathControl, Plane, Position, Units};
 use lostmotion_gcode::program::{Program, watch};
 use lostmotion_gcode::state::{FeedMode, State};
@@ -87,9 +88,9 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    fn of(state: &State, compensated: bool) -> Snapshot {
+    fn of(state: &State, compensated: bool, dialect: Dialect) -> Snapshot {
         Snapshot {
-            modes: modes(state, compensated),
+            modes: modes(state, compensated, dialect),
             position: state.current,
             machine_position: state.machine(),
         }
@@ -184,10 +185,6 @@ pub struct Mode {
     pub value: String,
 }
 
-const SYSTEMS: [&str; 9] = [
-    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3",
-];
-
 /// Axis letters with values that are not zero.
 pub(super) fn axes(position: &Position) -> String {
     // Axes at zero are left out: most offsets name two or three.
@@ -246,7 +243,7 @@ fn spindle(state: &State) -> String {
 }
 
 /// All modes of a state.
-pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
+pub(super) fn modes(state: &State, compensated: bool, dialect: Dialect) -> Vec<Mode> {
     let mode = |name, value: String| Mode { name, value };
     let plane = match state.plane {
         Plane::Xy => "XY (G17)",
@@ -254,11 +251,7 @@ pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
         Plane::Yz => "YZ (G19)",
     };
     let offsets = &state.offsets;
-    // Systems count from 1 for G54.
-    let system = SYSTEMS
-        .get(usize::from(state.system).wrapping_sub(1))
-        .copied()
-        .unwrap_or("?");
+    let system = dialect.system_name(state.system);
     let compensation = if compensated {
         "on (G41, G42)"
     } else {

@@ -301,8 +301,8 @@ impl Seen {
                 .map(call)
                 .collect(),
             refused: self.refused,
-            before: Snapshot::of(&self.before.0, self.before.1),
-            after: Snapshot::of(&self.after.0, self.after.1),
+            before: Snapshot::of(&self.before.0, self.before.1, interpreter.dialect()),
+            after: Snapshot::of(&self.after.0, self.after.1, interpreter.dialect()),
             actions: self
                 .ops
                 .iter()

@@ -76,9 +76,9 @@ impl Tools {
             .and_then(|word| event.interpreter.value_of(word));
         // H0 and an empty spindle say nothing about another tool.
         let loaded = f64::from(event.after.loaded_tool);
-        if let Some(h) =
-            h.filter(|h| has_g(event, 430) && *h != 0.0 && loaded != 0.0 && *h != loaded)
-        {
+        if let Some(h) = h.filter(|h| {
+            (has_g(event, 430) || has_g(event, 440)) && *h != 0.0 && loaded != 0.0 && *h != loaded
+        }) {
             let message =
                 format!("H{h} is the length of tool {h}, but tool {loaded} is in the spindle");
             found.add(

@@ -1,6 +1,7 @@
 //! Canonical operations as blocks of text: words, numbers, comments, motions.
 
 use super::Frame;
+use lostmotion_gcode::Dialect;
 use lostmotion_gcode::ops::{
     ArcFeed, CanonicalOp, NurbsFeed, OutputValue, PathControl, Plane, Position, TextKind, Units,
     WaitFor,
@@ -13,16 +14,9 @@ pub(super) struct Line {
     pub(super) ops: usize,
 }
 
-const SYSTEMS: [&str; 9] = [
-    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3",
-];
-
 /// The first blocks of every program.
 pub(super) fn head(frame: &Frame) -> [String; 3] {
-    let system = SYSTEMS
-        .get(usize::from(frame.system).wrapping_sub(1))
-        .copied()
-        .unwrap_or("G54");
+    let system = Dialect::LinuxCnc.system_name(u16::from(frame.system));
     let units = if frame.units == Units::Mm {
         "G21"
     } else {

@@ -1,5 +1,5 @@
 //! What a line is said to do.
-use lostmotion_gcode::{InterpreterConfig, Program};
+use lostmotion_gcode::{Dialect, InterpreterConfig, Program};
 use lostmotion_gcode_tools::explain::{Explanation, explain};
 
 fn explained(text: &str, line: u32) -> Option<Explanation> {
@@ -164,5 +164,27 @@ fn a_mode_that_the_line_does_not_say_is_said() {
     // Lines that say their motion, take their words otherwise, or do not move.
     for line in [2, 5, 6, 7, 9] {
         assert!(!first(line).starts_with('('), "{}", first(line));
+    }
+}
+
+/// The systems beyond G59.3 have the name that the control has for them.
+#[test]
+fn work_systems_have_their_names() {
+    let named = |text: &str, dialect: Dialect| {
+        let config = InterpreterConfig::default().with_dialect(dialect);
+        let mut program = Program::new(text.as_bytes(), config);
+        let explanation = explain(&mut program, 2).unwrap();
+        let modes = explanation.first.unwrap().after.modes;
+        let mode = modes.iter().find(|mode| mode.name == "work offset");
+        mode.unwrap().value.clone()
+    };
+    for (text, dialect, name) in [
+        ("G21\nG59.3\nM2\n", Dialect::LinuxCnc, "G59.3: none"),
+        ("G21\nG54.1 P7\nM30\n", Dialect::Fanuc, "G54.1 P7: none"),
+        ("G21\nG54.1 P300\nM30\n", Dialect::Fanuc, "G54.1 P300: none"),
+        ("G21\nG154 P99\nM30\n", Dialect::Haas, "G154 P99: none"),
+        ("G21\nG110\nM30\n", Dialect::Haas, "G154 P1: none"),
+    ] {
+        assert_eq!(named(text, dialect), name, "{text}");
     }
 }

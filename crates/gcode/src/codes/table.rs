@@ -93,6 +93,8 @@ g {
         "X Y Z are the tool's tip, whatever the rotary axes do", "G43.4 H3", "g43_4.ngc";
     435 ToolLength none "H" only FiveAxis =>
         "the same, I J K being the tool's direction", "G43.5 H3", "g43_5.ngc";
+    440 ToolLength none "H" only NegativeLength =>
+        "tool offset from the table, subtracted", "G44 H3", "g44.ngc";
     490 ToolLength none "" => "no tool offset", "G49", "g49.ngc";
     520 NonModal needs "" => "shift of all coordinate systems", "G52 X5", "g52.ngc";
     530 NonModal none "" => "this move in machine coordinates", "G53 G0 Z0", "g53.ngc";

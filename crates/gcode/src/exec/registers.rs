@@ -191,6 +191,11 @@ impl Exec<'_> {
     /// Puts a value in program units into a tool memory, or adds it.
     pub(crate) fn assign_memory(&mut self, cell: MemoryCell, number: i32, value: f64, adds: bool) {
         let factor = cell_factor(self.config.dialect, cell);
+        let is_diameter = matches!(cell, MemoryCell::Diameter | MemoryCell::DiameterWear);
+        if is_diameter && self.config.dialect == Dialect::Haas {
+            self.warnings
+                .push(Problem::DiameterAssumed { offset: number });
+        }
         let value = factor * self.state.units.convert(value, self.config.machine_units);
         let table = self.tools.get_or_insert_with(ToolTable::default);
         let now = table.memory(number, cell).filter(|_| adds).unwrap_or(0.0);

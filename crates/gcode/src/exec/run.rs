@@ -198,6 +198,7 @@ pub(crate) fn action(code: Code) -> Option<Action> {
         ('G', 431) => tool::dynamic_length,
         ('G', 432) => tool::added_length,
         ('G', 434 | 435) => controls::tip,
+        ('G', 440) => tool::negative_length,
         ('G', 490) => tool::no_length,
         ('G', 520) => offsets::local,
         ('G', 530) => straight::machine_coordinates,

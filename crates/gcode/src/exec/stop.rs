@@ -13,6 +13,18 @@ pub(crate) fn stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     Ok(())
 }
 
+impl Exec<'_> {
+    /// A stop that is not a code of the block.
+    pub(crate) fn stop_program(&mut self) -> Result<(), Problem> {
+        // The operator sees the tool where the held move ends.
+        if self.state.compensation.is_some() {
+            self.under_compensation(Code::m(0))?;
+        }
+        self.emit(CanonicalOp::ProgramStop);
+        Ok(())
+    }
+}
+
 /// M1.
 pub(crate) fn optional_stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.emit(CanonicalOp::OptionalProgramStop);

@@ -95,6 +95,15 @@ pub(crate) fn length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.apply_tool_offset(offset)
 }
 
+/// G44 of Fanuc and Haas: the offset is subtracted (B-63944EN, "Tool Length Offset": G43 adds the
+/// value of the memory to the end point, G44 subtracts it).
+pub(crate) fn negative_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let tool = exec.named_tool(code, b'H')?;
+    let offset = exec.tool_offset(tool)?;
+    // 0 - x, not -x: the offset of an axis without one stays 0.
+    exec.apply_tool_offset(offset.map(|value| 0.0 - value))
+}
+
 /// G43.1: axes that are not named keep their offset.
 pub(crate) fn dynamic_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     // The offset in force is the base: axes that are not named keep theirs.

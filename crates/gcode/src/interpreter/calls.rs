@@ -100,7 +100,7 @@ impl Interpreter {
         }
     }
 
-    /// Calls a subroutine; without arguments it shares the caller's #1 to #30. Looks further on if
+    /// Calls a subroutine; without arguments it shares the caller's numbered locals. Looks further on if
     /// it is not defined yet.
     pub(crate) fn call(
         &mut self,
@@ -120,7 +120,7 @@ impl Interpreter {
         if rounds == 0 {
             return Ok(());
         }
-        // The caller's #1 to #30, open branches and place are kept in the frame.
+        // The caller's numbered locals, open branches and place are kept in the frame.
         let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
         let frame = CallFrame {
             name,

@@ -1,7 +1,7 @@
 //! Where the program is: open loops and branches, calls, lines to be skipped, and the lines that are
 //! held because they may run again.
 
-use crate::parameters::LOCALS;
+use crate::parameters::MACRO_LOCALS;
 use crate::problem::Problem;
 use crate::source::Place;
 use lostmotion_base::span::Span;
@@ -61,8 +61,8 @@ pub(crate) struct CallFrame {
     pub(crate) return_to: usize,
     /// How many structures were open in the callers.
     pub(crate) opens: usize,
-    /// The caller's #1 to #30; `None` if the subroutine shares them (M98).
-    pub(crate) locals: Option<Box<[f64; LOCALS]>>,
+    /// The caller's numbered locals; `None` if the subroutine shares them (M98).
+    pub(crate) locals: Option<Box<[f64; MACRO_LOCALS]>>,
     /// Index of the caller's own call.
     pub(crate) caller: u32,
     /// Further rounds of the call (L of M98).

@@ -15,14 +15,14 @@ mod run;
 mod salvage;
 
 use crate::codes::CodeRow;
-use crate::config::InterpreterConfig;
+use crate::config::{InterpreterConfig, MCodeUse};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::exec::Jump;
 use crate::exec::words::Words;
 use crate::limits::Limits;
 use crate::ops::{CanonicalOp, SourcedOp};
-use crate::parameters::{HIGHEST, Parameters, View};
+use crate::parameters::{HIGHEST, MACRO_LOCALS, Parameters, View};
 use crate::problem::Problem;
 use crate::provenance::{CallStacks, SubroutineLoader};
 use crate::source::Place;
@@ -108,6 +108,8 @@ pub struct Interpreter {
     /// Lines are looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
+    /// What the builder's M codes of the line do after the rest of it.
+    foreign: Vec<MCodeUse>,
     /// The profile of a turning cycle that is being read.
     profile: Option<Box<profile::Collecting>>,
     /// How far the current block has come.
@@ -125,6 +127,9 @@ impl Interpreter {
         parameters.vacants = config.leniencies.has(Leniency::Vacant);
         if config.dialect.is_fanuc() || config.leniencies.has(Leniency::ExtraSystems) {
             parameters.add_control_variables();
+        }
+        if config.dialect.is_fanuc() {
+            parameters.locals = MACRO_LOCALS;
         }
         // Stored parameters come first: work systems, G92 and homes are read from them below.
         for &(number, value) in &config.parameters {
@@ -218,6 +223,7 @@ impl Interpreter {
             habits: dialects::Habits::default(),
             special,
             modal_macro: None,
+            foreign: Vec::new(),
             profile: None,
             stage: salvage::Stage::Read,
             fault: None,
@@ -345,6 +351,11 @@ impl Interpreter {
     /// The modes, offsets and position after the blocks run so far.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// The dialect that the program is read in.
+    pub fn dialect(&self) -> Dialect {
+        self.config.dialect
     }
 
     /// All parameters.

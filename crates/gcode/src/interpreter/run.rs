@@ -68,6 +68,11 @@ impl Interpreter {
             return Ok(());
         }
         // 2. Evaluate the words and look up their codes.
+        if let Some((name, index)) = self.foreign_macro() {
+            return self
+                .macro_by_m_code(name, index)
+                .map_err(|problem| (problem, None));
+        }
         let foreign = self.take_foreign_m_codes();
         let mut collected = self.collect_words();
         if self.words.has(b'E') && self.merge_exponents() {
@@ -86,6 +91,7 @@ impl Interpreter {
         if let Some(name) = self
             .wanted_sub()
             .or_else(|| self.wanted_macro())
+            .or_else(|| self.wanted_foreign())
             .or_else(|| self.wanted_profile())
         {
             return self.look_for(name).map_err(|problem| (problem, None));
@@ -99,7 +105,7 @@ impl Interpreter {
         }
         self.run_comment(out)?;
         if self.words.mask == 0 && self.words.codes().is_empty() {
-            return Ok(());
+            return self.run_foreign(out).map_err(|problem| (problem, None));
         }
         // 4. Find the motion, and check that every word has a code that uses it.
         if let Err((problem, place)) = check(&mut self.words, &self.state) {
@@ -115,6 +121,9 @@ impl Interpreter {
         result?;
         if self.config.dialect.is_fanuc() {
             self.note_modes();
+        }
+        if foreign {
+            self.run_foreign(out).map_err(|problem| (problem, None))?;
         }
         self.jump(out).map_err(|problem| (problem, None))?;
         if self.modal_macro.is_some() {

@@ -15,9 +15,15 @@
 //! | #10001 to #13999 | tool memory C | further variables, inputs, outputs |
 //! | G54.1 P, G154 P | 300 systems, 48 of them from #7001 on, all from #14001 on | 99, 20 of them |
 //!
-//! Fanuc's memory A has the whole offset in #2001: what differs is warned of when it is read. Some
+//! Fanuc's memory A has the whole offset in #2001: what differs is warned of when it is read. Haas'
+//! Setting 40 says whether D is a radius or a diameter: a diameter is taken, with a warning. Some
 //! summaries on the web give #4007 as the tool length (it is group 8) and #4109 as the canned cycle
 //! (it is F); the manuals are followed.
+//!
+//! Checked against Haas 96-8000 ("Local Variables", "Offsets": G52 at #5201, G110 at #7001, G129 at
+//! #7381), Yasnac LX3, whose macros are Fanuc's (#5001 without, #5021, #5041 and #5061 with the tool
+//! offset), B-62093E (calls by M codes) and the list of G codes of the 30i (G54 in group 14, G66 in
+//! 12, G15 in 17). That Haas has G54 in group 12 is from its list of G codes, as in RS274/NGC.
 
 use super::View;
 use crate::codes::Code;
@@ -232,7 +238,7 @@ pub(crate) fn modal_group(dialect: Dialect, code: Code) -> Option<u16> {
         ('G', 930 | 940 | 950) => 5,
         ('G', 200 | 210) => 6,
         ('G', 400 | 410 | 420) => 7,
-        ('G', 430 | 434 | 435 | 490) => 8,
+        ('G', 430 | 434 | 435 | 440 | 490) => 8,
         ('G', 730 | 740 | 760 | 800..=890) => 9,
         ('G', 980 | 990) => 10,
         ('G', 960 | 970) => 13,

@@ -14,8 +14,11 @@ use std::collections::BTreeMap;
 
 /// The highest parameter number.
 pub const HIGHEST: u16 = 5602;
-/// Parameters below are the arguments and locals of a subroutine.
+/// #1 to this are the arguments and locals of a subroutine. Published: LinuxCNC, "Subroutines".
 pub const LOCALS: usize = 30;
+/// #1 to this are the locals of a macro of Fanuc and Haas. Published: Haas 96-8000, "Local
+/// Variables"; B-63944EN, "Variables".
+pub const MACRO_LOCALS: usize = 33;
 /// Home of G28 and, 20 higher, of G30.
 pub(crate) const HOME: u16 = 5161;
 /// 1 if a G92 offset is in force.
@@ -37,6 +40,8 @@ type Names = BTreeMap<Box<[u8]>, f64>;
 pub struct Parameters {
     numbered: Vec<f64>,
     known: Vec<bool>,
+    /// How many of them belong to a call.
+    pub(crate) locals: usize,
     globals: Names,
     /// One scope per call; the first is the main program's.
     scopes: Vec<Names>,
@@ -69,6 +74,7 @@ impl Parameters {
             numbered: vec![0.0; size],
             // Those from #5061 on are the machine's and always have a value.
             known: (0..size).map(|number| number > 5060).collect(),
+            locals: LOCALS,
             globals: Names::new(),
             scopes: vec![Names::new()],
             names: 0,
@@ -216,8 +222,8 @@ impl Parameters {
         table.and_then(|names| names.get(name)).copied()
     }
 
-    /// Opens a scope with new #1 to #30 and returns the old ones.
-    pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; LOCALS] {
+    /// Opens a scope with new numbered locals and returns the old ones.
+    pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; MACRO_LOCALS] {
         self.scopes.push(Names::new());
         // NaN stands for a parameter without a value, so that it comes back without one.
         let kept = |index: usize| {
@@ -229,7 +235,7 @@ impl Parameters {
         };
         let old = std::array::from_fn(kept);
         let missing = if self.vacants { f64::NAN } else { 0.0 };
-        for number in 1..=LOCALS {
+        for number in 1..=self.locals {
             self.put(
                 number as u16,
                 arguments.get(number - 1).copied().unwrap_or(missing),
@@ -238,12 +244,12 @@ impl Parameters {
         old
     }
 
-    /// Closes a scope and brings the caller's #1 to #30 back.
-    pub(crate) fn leave(&mut self, old: &[f64; LOCALS]) {
+    /// Closes a scope and brings the caller's numbered locals back.
+    pub(crate) fn leave(&mut self, old: &[f64; MACRO_LOCALS]) {
         if self.scopes.len() > 1 {
             self.names -= self.scopes.pop().map_or(0, |scope| scope.len());
         }
-        for (index, value) in old.iter().enumerate() {
+        for (index, value) in old.iter().enumerate().take(self.locals) {
             self.put(index as u16 + 1, *value);
         }
     }

@@ -75,7 +75,7 @@ const LONG_LINE: &str = "G0 X1 (................................................
 /// A program that takes one leniency, and the dialect that has it.
 const DETOUR: &str = "G18 G8 F100\nO1 SUB\nG0 X2 Z3\nG1 X4 Z-1\nX8 Z-12\nO1 ENDSUB\nG0 X10 Z-20\nG42.1 D0.4\nG70 Q1 X10 Z3\nG0 X20 Z5\nG40\nM30\n";
 
-const TAKES: [(Leniency, Dialect, &str); 35] = [
+const TAKES: [(Leniency, Dialect, &str); 36] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (
         Leniency::ByteOrderMark,
@@ -186,6 +186,7 @@ const TAKES: [(Leniency, Dialect, &str); 35] = [
     ),
     (Leniency::NumberedSkip, Dialect::Fanuc, "/2 G0 X1.\nM30\n"),
     (Leniency::ColonNumbers, Dialect::Fanuc, ":0001\nM30\n"),
+    (Leniency::NegativeLength, Dialect::Fanuc, "G44 H1\nM30\n"),
     (
         Leniency::GcodeStates,
         Dialect::Klipper,

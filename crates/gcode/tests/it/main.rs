@@ -21,6 +21,7 @@ mod five_axis;
 mod generate;
 mod hostile;
 mod limits;
+mod manuals;
 mod mistakes;
 mod more_motion;
 mod motion;

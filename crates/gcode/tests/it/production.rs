@@ -5,7 +5,8 @@
 use crate::common::{codes, config, moves_with, ops_of};
 use lostmotion_base::Coords;
 use lostmotion_gcode::{
-    Code, Diagnostic, Dialect, Feed, InterpreterConfig, Leniency, Program, Tool, ToolTable,
+    Code, Diagnostic, Dialect, Feed, InterpreterConfig, Leniency, MCodeUse, Program, Tool,
+    ToolTable,
 };
 
 const FANUC: Dialect = Dialect::Fanuc;
@@ -532,7 +533,9 @@ fn codes_of_the_builder_are_told_once_or_skipped() {
         let hint = unknown[0].problem.hint().unwrap();
         assert!(hint.contains("--m-code M10=ignore"), "{hint}");
         let told = InterpreterConfig {
-            ignored_m_codes: vec![Code::m(100), Code::m(1100)],
+            m_codes: [Code::m(100), Code::m(1100)]
+                .map(|code| (code, MCodeUse::Ignore))
+                .into(),
             ..config(dialect)
         };
         let x: Vec<f64> = ends(text, told).iter().map(|end| end[0]).collect();

@@ -2,6 +2,7 @@
 
 use crate::error::ReadError;
 use csv::{ByteRecord, ErrorKind};
+use lostmotion_base::text::shortened;
 use lostmotion_drive::config::AxisUnit;
 use std::io::Read;
 
@@ -148,7 +149,7 @@ impl<R: Read> Cells<R> {
     }
 
     fn missing(&self, wanted: String) -> ReadError {
-        let found = shorten(&self.header.join(", "), 3 * LONGEST_SHOWN);
+        let found = shortened(&self.header.join(", "), 3 * LONGEST_SHOWN);
         ReadError::MissingColumn {
             name: self.name.clone(),
             line: self.header_line,
@@ -243,7 +244,7 @@ impl<R: Read> Cells<R> {
             name: self.name.clone(),
             line: line_of(&self.reader, &self.record),
             column: column.header.clone(),
-            value: shorten(&value, LONGEST_SHOWN),
+            value: shortened(&value, LONGEST_SHOWN),
             why: why.into(),
             hint,
         }
@@ -345,13 +346,5 @@ fn read_error(name: &str, error: csv::Error) -> ReadError {
             name,
             source: std::io::Error::other(format!("{other:?}")),
         },
-    }
-}
-
-fn shorten(text: &str, limit: usize) -> String {
-    if text.chars().count() <= limit {
-        text.to_owned()
-    } else {
-        text.chars().take(limit).chain("...".chars()).collect()
     }
 }

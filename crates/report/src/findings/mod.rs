@@ -5,6 +5,7 @@ mod sarif;
 pub use sarif::write as write_sarif;
 
 use lostmotion_base::span::Span;
+use lostmotion_base::text::legible;
 use lostmotion_gcode::{CallSite, Diagnostic, Provenance, Severity};
 use lostmotion_gcode_tools::lint::{Level, LintFinding};
 use serde::Serialize;
@@ -93,7 +94,7 @@ impl Finding {
         Finding {
             code: diagnostic.code().to_owned(),
             severity: diagnostic.severity(),
-            message: diagnostic.problem.to_string(),
+            message: diagnostic.message(),
             file: origin.file(diagnostic.place.span.file),
             span: diagnostic.place.span,
             values: if let Some(Value::Object(values)) = values {
@@ -117,7 +118,7 @@ impl Finding {
             } else {
                 Severity::Warning
             },
-            message: finding.message.clone(),
+            message: legible(&finding.message),
             file: origin.file(finding.place.span.file),
             span: finding.place.span,
             values: finding

@@ -2,8 +2,8 @@
 
 use lostmotion_base::{AxisId, BlockRef, Span};
 use lostmotion_sim::results::{
-    AxisResult, BlockResult, Cause, ErrorParts, ErrorStats, MethodResult, PlanInfo, ProgramInfo,
-    ReversalResult, Run, SCHEMA_VERSION, SingleRun, StopLimit, StopResult,
+    AxisResult, BlockResult, Cause, ErrorParts, ErrorStats, LimitsUsed, MethodResult, PlanInfo,
+    ProgramInfo, ReversalResult, Run, SCHEMA_VERSION, SingleRun, StopLimit, StopResult,
 };
 
 /// Statistics in proportion to a maximum.
@@ -48,6 +48,16 @@ fn block(line: u32, max_um: f64, cause: Cause, text: &str) -> BlockResult {
         }),
         cause,
         at_mm: [25.0, -0.0004, -1.5],
+    })
+}
+
+fn used(axis: AxisId) -> LimitsUsed {
+    made!(LimitsUsed {
+        axis,
+        following_error: 0.0421,
+        travel: 0.5,
+        overload: 0.25,
+        at_limit: 0.0,
     })
 }
 
@@ -99,6 +109,7 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
             reversal(AxisId::Y, 1, 1.5, 4.0),
         ],
         reversal_count: 8,
+        limits_used: vec![used(AxisId::X)],
         axes: vec![axis(AxisId::X, 10.0), axis(AxisId::Y, 40.0)],
         gantry: None,
         within_tolerance: cutting <= 10.0,

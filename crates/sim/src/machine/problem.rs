@@ -1,5 +1,6 @@
 //! What is wrong with a machine file, with its place.
 
+use lostmotion_base::text::legible;
 use std::fmt;
 
 /// One thing that is wrong.
@@ -112,7 +113,7 @@ impl MachineError {
             "" => String::new(),
             key => format!("{key}: "),
         };
-        format!("{place}{key}{}", problem.message)
+        format!("{place}{key}{}", legible(&problem.message))
     }
 }
 

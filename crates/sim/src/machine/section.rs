@@ -8,6 +8,7 @@
 use super::document::{Document, path_of_span};
 use super::problem::{MISSING, Problem, UNKNOWN_KEY};
 use lostmotion_base::names::did_you_mean;
+use lostmotion_base::text::shortened;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::Spanned;
@@ -108,7 +109,7 @@ fn describe(
     // Where something else was expected the rest is a value, of any length; else it is a sentence.
     let (found, expected) = match said.split_once(", expected ") {
         Some(("map", expected)) => ("a table".to_owned(), expected),
-        Some((value, expected)) => (shortened(value), expected),
+        Some((value, expected)) => (shortened(value, SHOWN_CHARACTERS), expected),
         None => (said.to_owned(), ""),
     };
     let expected = match expected {
@@ -128,14 +129,6 @@ fn describe(
 
 /// Most characters of a value that a message shows. A choice: a line of text has room for the rest.
 const SHOWN_CHARACTERS: usize = 40;
-
-/// A text with what is beyond the shown characters left out.
-fn shortened(text: &str) -> String {
-    match text.char_indices().nth(SHOWN_CHARACTERS) {
-        Some((end, _)) => format!("{}...", text.get(..end).unwrap_or(text)),
-        None => text.to_owned(),
-    }
-}
 
 /// What to say of a gap in an angle where it is a distance, or the other way round.
 fn gap_hint(unknown: &str, known: &[&str]) -> Option<String> {

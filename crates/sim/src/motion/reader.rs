@@ -240,7 +240,7 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
         leniencies: options.leniencies.unwrap_or(dialect.leniencies()),
         block_delete: options.block_delete,
         block_skips: options.block_skips.clone(),
-        ignored_m_codes: options.ignored_m_codes.clone(),
+        m_codes: options.m_codes.clone(),
         told: options.told.clone(),
         tool_table: options.tool_table.clone().or_else(|| tool_table(machine)),
         start: machine.start(),

@@ -33,10 +33,12 @@ pub(crate) struct Bank {
     threads: usize,
     /// The drive of each lane.
     drive_of: Vec<usize>,
+    /// The variant of each lane.
+    variant_of: Vec<usize>,
+    /// By variant, whether its machine has stopped: its lanes stay where they are.
+    ended: Vec<bool>,
     /// By drive: the axes, and then the second motor of a gantry.
     setpoints: Vec<Vec<Setpoint>>,
-    /// The variant of each lane, in the order of the batch.
-    variant_of: Vec<usize>,
     /// Command cycles between two exchanges of how ready the axes' compensators are; 0 where none
     /// asks.
     exchange_cycles: usize,
@@ -149,7 +151,6 @@ impl Bank {
                 });
             }
         }
-        let drives = count + usize::from(gantry.is_some());
         // The most delayed lane decides how long the end of the program is drained.
         let delay_ticks = lanes
             .iter()
@@ -181,23 +182,27 @@ impl Bank {
             gantry,
         };
         let drive_of = order.iter().map(|lane| lanes[*lane].drive).collect();
+        // Every variant has as many lanes, one behind the other.
+        let drives = count + usize::from(outputs.gantry.is_some());
+        let variant_of = order.iter().map(|lane| lane / drives.max(1)).collect();
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
         let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
         let heeded = batch.axes().any(|axis| axis.heeds_others());
         Ok(Bank {
-            variant_of: order.iter().map(|lane| lane / drives).collect(),
             exchange_cycles: if heeded {
                 ((EXCHANGE_S / machine.cycles().command().period_s()).round() as usize).max(1)
             } else {
                 0
             },
             since_exchange: 0,
-            setpoints: vec![Vec::new(); count + usize::from(outputs.gantry.is_some())],
+            setpoints: vec![Vec::new(); drives],
             batch,
             beams,
             threads,
             drive_of,
+            variant_of,
+            ended: vec![false; variants.len()],
             delay_ticks,
             outputs,
         })
@@ -239,6 +244,13 @@ impl Bank {
     /// Command cycles by which references lag behind setpoints; the largest of all axes.
     pub(crate) fn delay_ticks(&self) -> u32 {
         self.delay_ticks
+    }
+
+    /// Ends a variant whose machine has stopped: nothing of it is simulated from the next chunk on.
+    pub(crate) fn end(&mut self, variant: usize) {
+        if let Some(ended) = self.ended.get_mut(variant) {
+            *ended = true;
+        }
     }
 
     /// Steps every lane through a chunk of samples. `forces` has the force on each joint's load (N or
@@ -312,11 +324,15 @@ impl Bank {
     /// Steps every lane through a stretch of the chunk's setpoints.
     fn step(&mut self, stretch: Range<usize>) -> Result<(), SimError> {
         // Variants differ in their lanes, never in their setpoints: lanes of one drive share a
-        // slice.
+        // slice. A lane without setpoints stays where it is.
         let setpoints: Vec<&[Setpoint]> = self
             .drive_of
             .iter()
-            .map(|drive| &self.setpoints[*drive][stretch.clone()])
+            .zip(&self.variant_of)
+            .map(|(drive, variant)| match self.ended[*variant] {
+                true => &[],
+                false => &self.setpoints[*drive][stretch.clone()],
+            })
             .collect();
         let free = self.batch.len();
         let (lanes, ends) = self.outputs.lanes.split_at_mut(free);

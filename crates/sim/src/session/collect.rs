@@ -11,13 +11,13 @@ use crate::motion::Checked;
 use crate::options::BowLimit;
 use crate::program::BlockTexts;
 use crate::results::{
-    AxisResult, BlockResult, GantryResult, Harm, MethodResult, MisledResult, PlanInfo, Run,
-    SCHEMA_VERSION, StopLimit, StopResult,
+    AxisResult, BlockResult, GantryResult, Harm, LimitsUsed, MethodResult, MisledResult, PlanInfo,
+    Run, SCHEMA_VERSION, StopLimit, StopResult,
 };
 use crate::setup::Setup;
 use lostmotion_analysis::{Fault, analyse};
-use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
+use lostmotion_base::{AxisId, Clock};
 use lostmotion_drive::AxisOutput;
 use lostmotion_methods::AxisConfig;
 
@@ -131,6 +131,7 @@ fn method_result(
             .stop
             .as_ref()
             .map(|stop| stop_result(stop, choice, machine, tally)),
+        limits_used: limits_used(recorder, machine),
         within_tolerance: recorder.stop.is_none() && cutting.max <= tolerance_um,
         misled: Vec::new(),
         learned: tally.stepper.bank.learned(variant, machine),
@@ -249,6 +250,29 @@ fn stop_result(stop: &Stop, choice: &Choice, machine: &Machine, tally: &Tally) -
         at_limit_s,
         reason: reasons.join("; "),
     }
+}
+
+/// How near each axis came to being stopped.
+fn limits_used(recorder: &Recorder, machine: &Machine) -> Vec<LimitsUsed> {
+    let axes = machine.axes().iter().enumerate();
+    // The second motor of a gantry comes behind the axes.
+    let second = |axis: AxisId| {
+        machine.gantry().filter(|gantry| gantry.axis == axis)?;
+        recorder.limits_used(machine.axes().len())
+    };
+    axes.map(|(drive, axis)| {
+        let first = recorder.limits_used(drive).unwrap_or_default();
+        // Of two motors the one that is nearer to its limits.
+        let other = second(axis.id).unwrap_or_default();
+        LimitsUsed {
+            axis: axis.id,
+            following_error: first.following_error.max(other.following_error),
+            travel: first.travel.max(other.travel),
+            overload: first.overload.max(other.overload),
+            at_limit: first.at_limit.max(other.at_limit),
+        }
+    })
+    .collect()
 }
 
 /// What is wrong with the loops of an axis with a method, if one of them is unstable.

@@ -4,7 +4,7 @@
 use super::frame::Frame;
 use super::outputs::Outputs;
 use crate::machine::{Machine, MachineAxis, MonitorLimits, OverloadLimit};
-use crate::results::StopLimit;
+use crate::results::{LimitsUsed, StopLimit};
 use lostmotion_base::{BlockRef, Tick, math};
 use lostmotion_drive::Monitored;
 
@@ -68,6 +68,11 @@ impl Monitor {
         self.cycle(frame, outputs, variant)
     }
 
+    /// The largest parts of its limits that a motor has used, by its place among the drives.
+    pub(crate) fn used(&self, drive: usize) -> Option<LimitsUsed> {
+        self.motors.get(drive).map(|motor| motor.used)
+    }
+
     fn cycle(&mut self, frame: &Frame, outputs: &Outputs, variant: usize) -> Option<Stop> {
         let cycle = frame.servo_sample / self.servo_ticks;
         let seen = |drive: usize| outputs.of(variant, drive).monitored.get(cycle).copied();
@@ -100,6 +105,13 @@ impl Monitor {
     }
 }
 
+/// Keeps the larger one.
+fn raise(most: &mut f64, value: f64) {
+    if value > *most {
+        *most = value;
+    }
+}
+
 /// A limit that was passed.
 struct Passed {
     limit: StopLimit,
@@ -118,6 +130,8 @@ struct MotorMonitor {
     heat: f64,
     last_reference: Option<f64>,
     servo_ticks: u64,
+    /// The largest parts of the limits so far.
+    used: LimitsUsed,
     /// Servo ticks at a limit up to the last cycle, and the cycles in a row of nothing else.
     saturated_samples: u64,
     limited_cycles: u64,
@@ -135,6 +149,7 @@ impl MotorMonitor {
             warming,
             heat: 0.0,
             last_reference: None,
+            used: LimitsUsed::default(),
             servo_ticks,
             saturated_samples: 0,
             limited_cycles: 0,
@@ -172,21 +187,28 @@ impl MotorMonitor {
             // The mean speed of the cycle.
             let allowed = limit.at(way / self.period_s);
             let error = seen.reference - seen.motor;
+            raise(&mut self.used.following_error, error.abs() / allowed);
             if !within(error, -allowed, allowed) {
                 return passed(StopLimit::FollowingError, error, allowed);
             }
         }
-        if let Some([low, high]) = self.limits.travel
-            && !within(seen.motor, low, high)
-        {
-            let end = if seen.motor < low { low } else { high };
-            return passed(StopLimit::Travel, seen.motor, end);
+        if let Some([low, high]) = self.limits.travel {
+            let from_middle = (seen.motor - 0.5 * (low + high)).abs();
+            raise(&mut self.used.travel, from_middle / (0.5 * (high - low)));
+            if !within(seen.motor, low, high) {
+                let end = if seen.motor < low { low } else { high };
+                return passed(StopLimit::Travel, seen.motor, end);
+            }
         }
-        if self.limits.overload.is_some() && !within(self.heat, 0.0, 1.0) {
-            return passed(StopLimit::Overload, self.heat, 1.0);
+        if self.limits.overload.is_some() {
+            raise(&mut self.used.overload, self.heat);
+            if !within(self.heat, 0.0, 1.0) {
+                return passed(StopLimit::Overload, self.heat, 1.0);
+            }
         }
         if let Some(allowed) = self.limits.at_limit_s {
             let time_s = self.limited_cycles as f64 * self.period_s;
+            raise(&mut self.used.at_limit, time_s / allowed);
             if !within(time_s, 0.0, allowed) {
                 return passed(StopLimit::AtLimit, time_s, allowed);
             }

@@ -8,6 +8,7 @@ use crate::error::SimError;
 use crate::motion::Modes;
 use crate::observer::ContourPoint;
 use crate::options::SimulateOptions;
+use crate::results::LimitsUsed;
 use lostmotion_base::{BlockRef, Clock};
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
@@ -137,6 +138,11 @@ impl Recorder {
             }
         }
         Ok(())
+    }
+
+    /// The largest parts of its limits that a motor has used.
+    pub(crate) fn limits_used(&self, drive: usize) -> Option<LimitsUsed> {
+        self.monitor.as_ref()?.used(drive)
     }
 
     #[inline]

@@ -129,6 +129,12 @@ fn run_on(
                 }
             }
         }
+        // A machine that has stopped does nothing more that counts.
+        for (variant, recorder) in judge.recorders.iter().enumerate() {
+            if recorder.stop.is_some() {
+                stepper.bank.end(variant);
+            }
+        }
         // After the rows, so that a caller who cancels here has seen what was finished.
         audience.progress(stepper.progress())?;
         if !more {

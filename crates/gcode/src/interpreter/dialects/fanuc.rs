@@ -8,6 +8,7 @@ use crate::codes::{Code, whole};
 use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
 use crate::ops::SourcedOp;
+use crate::parameters::MACRO_LOCALS;
 use crate::problem::Problem;
 use crate::syntax::{Text, Value, Word};
 
@@ -280,8 +281,17 @@ impl Interpreter {
 const ARGUMENTS: [u8; 26] = [
     1, 2, 3, 7, 8, 9, 0, 11, 4, 5, 6, 0, 13, 0, 0, 0, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ];
-/// Highest parameter that an argument sets.
-const HIGHEST_ARGUMENT: usize = 26;
+
+/// The words of a macro's call.
+struct MacroWords {
+    /// Of G65 to G67.
+    code: f64,
+    /// P, the number of the macro.
+    name: Option<f64>,
+    /// L.
+    rounds: f64,
+    arguments: Vec<f64>,
+}
 
 /// A macro called after every move (G66).
 #[derive(Clone, Debug)]
@@ -293,28 +303,34 @@ pub(crate) struct ModalMacro {
 }
 
 impl Interpreter {
-    /// G65 to G67.
-    pub(super) fn macro_line(&mut self) -> Result<(), Problem> {
+    /// The words of a line as those of a macro's call. The word of an index is left out.
+    fn macro_words(&mut self, without: Option<usize>) -> Result<MacroWords, Problem> {
         // Arguments that are not given are vacant, or 0 where vacancy is not accepted.
-        let mut arguments = vec![
-            if self.parameters.vacants {
-                f64::NAN
-            } else {
-                0.0
-            };
-            HIGHEST_ARGUMENT
-        ];
-        let (mut code, mut name, mut rounds, mut triples) = (0.0, None, 1.0, 0_usize);
+        let vacant = if self.parameters.vacants {
+            f64::NAN
+        } else {
+            0.0
+        };
+        let mut words = MacroWords {
+            code: 0.0,
+            name: None,
+            rounds: 1.0,
+            arguments: vec![vacant; MACRO_LOCALS],
+        };
+        let mut triples = 0_usize;
         for index in 0..self.block.words.len() {
             let Some(&word) = self.block.words.get(index) else {
                 break;
             };
+            if without == Some(index) {
+                continue;
+            }
             // G, P and L belong to the call, all other letters set a parameter of the macro.
             let value = self.value_or_vacant(word.value)?;
             match word.letter {
-                b'G' => code = value,
-                b'P' => name = whole(value),
-                b'L' => rounds = value,
+                b'G' => words.code = value,
+                b'P' => words.name = whole(value),
+                b'L' => words.rounds = value,
                 b'N' | b'O' => {}
                 letter => {
                     // I, J and K may come in several sets: #4 to #6, #7 to #9 and so on.
@@ -330,7 +346,8 @@ impl Interpreter {
                     } else {
                         0
                     };
-                    match (first, arguments.get_mut((first + shift).wrapping_sub(1))) {
+                    let slot = words.arguments.get_mut((first + shift).wrapping_sub(1));
+                    match (first, slot) {
                         (1.., Some(slot)) => *slot = value,
                         _ => {
                             return Err(Problem::RepeatedWord {
@@ -341,6 +358,38 @@ impl Interpreter {
                 }
             }
         }
+        Ok(words)
+    }
+
+    /// An M code that calls a macro: all other words are arguments.
+    pub(crate) fn macro_by_m_code(&mut self, name: String, index: usize) -> Result<(), Problem> {
+        let code = self
+            .block
+            .words
+            .iter()
+            .find(|word| matches!(word.letter, b'G' | b'P' | b'L'));
+        if let Some(&word) = code {
+            return Err(Problem::UnusedWord {
+                letter: char::from(word.letter),
+                value: self.value(word.value)?,
+                users:
+                    "a line of its own: the M code calls a macro, whose arguments are all other \
+                    letters"
+                        .to_owned(),
+            });
+        }
+        let words = self.macro_words(Some(index))?;
+        self.call(name, Some(&words.arguments), 1)
+    }
+
+    /// G65 to G67.
+    pub(super) fn macro_line(&mut self) -> Result<(), Problem> {
+        let MacroWords {
+            code,
+            name,
+            rounds,
+            arguments,
+        } = self.macro_words(None)?;
         // G67 ends the modal macro, G66 sets it, G65 calls at once.
         self.tell(Leniency::MacroCalls);
         if code == 67.0 {

@@ -6,16 +6,25 @@
 //! offset, the speed and the place of the tool; RESTORE_GCODE_STATE brings back all but the place,
 //! and with `MOVE=1` goes to it. SET_GCODE_OFFSET changes the base without moving; with `MOVE=1` the
 //! tool moves by the change. `MOVE_SPEED` is in mm/s and holds for that move alone.
+//!
+//! G28 homes the axes that it names, whatever number follows the letter, or X, Y and Z: straight to
+//! the home, without a point on the way. It forgets what G92 has set of these axes and keeps the
+//! offset of SET_GCODE_OFFSET (`gcode_move.py`: at the end of homing `base_position[axis] =
+//! homing_position[axis]`); Marlin sets its `position_shift` to 0 there.
 
 use crate::interpreter::Interpreter;
 use crate::ops::{CanonicalOp, Position, SourcedOp, Units};
+use crate::parameters::HOME;
 use crate::problem::Problem;
 use crate::state::{convert, subtract};
 use crate::syntax::special::{STATE_COMMANDS, command_name};
+use crate::syntax::{Value, Word};
 use std::collections::BTreeMap;
 
 /// Klipper's speed before the first F, mm/s. Published: `gcode_move.py`.
 const FIRST_SPEED_MM_S: f64 = 25.0;
+/// Letters of the axes in the order of a position.
+const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
 /// Name of a state that is given none.
 const DEFAULT_STATE: &str = "default";
 
@@ -107,6 +116,40 @@ impl Interpreter {
                 }
             }
             None => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// G28 of a printer; false if the line has none.
+    pub(super) fn home_printer(&mut self, out: &mut Vec<SourcedOp>) -> Result<bool, Problem> {
+        let words = &self.block.words;
+        let is_home =
+            |word: &Word| word.letter == b'G' && matches!(word.value, Value::Number(28.0));
+        if !words.iter().any(is_home) {
+            return Ok(false);
+        }
+        let named: [bool; 9] =
+            std::array::from_fn(|axis| words.iter().any(|word| word.letter == AXIS_LETTERS[axis]));
+        let all = !named[..6].contains(&true);
+        let homed = |axis: usize| named[axis] && axis < 6 || all && axis < 3;
+        let (units, offset) = (self.state.units, self.klipper.offset);
+        let home = convert(
+            &self.parameters.position(HOME),
+            self.config.machine_units,
+            units,
+        );
+        let mut exec = self.exec(out);
+        let here = exec.state.machine();
+        let end = std::array::from_fn(|axis| if homed(axis) { home[axis] } else { here[axis] });
+        let end = exec.state.offsets.to_program(&end);
+        exec.check_target(&end)?;
+        exec.emit(CanonicalOp::StraightTraverse(end));
+        exec.state.current = end;
+        // What is left of the shift is the offset of SET_GCODE_OFFSET.
+        let (now, offset) = (exec.state.offsets.g92, convert(&offset, Units::Mm, units));
+        let shift = std::array::from_fn(|axis| if homed(axis) { offset[axis] } else { now[axis] });
+        if shift != now {
+            exec.put_shift(shift);
         }
         Ok(true)
     }

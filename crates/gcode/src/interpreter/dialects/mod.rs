@@ -120,6 +120,9 @@ impl Interpreter {
             {
                 return Ok(Line::Done);
             }
+            if self.home_printer(out).map_err(|problem| (problem, None))? {
+                return Ok(Line::Done);
+            }
             return Ok(self.printer_line());
         }
         if self.config.dialect == Dialect::Haas {

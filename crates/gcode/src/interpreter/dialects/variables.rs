@@ -7,7 +7,7 @@ use crate::config::InterpreterConfig;
 use crate::dialect::Dialect;
 use crate::exec::words::Words;
 use crate::interpreter::Interpreter;
-use crate::ops::{CanonicalOp, SourcedOp, Units};
+use crate::ops::{SourcedOp, Units};
 use crate::parameters::Parameters;
 use crate::parameters::control::{
     ADDRESSES, FIRST, GROUPS, PROGRAM_NUMBER, SEQUENCE_NUMBER, Variable, modal_group, variable,
@@ -165,15 +165,7 @@ impl Interpreter {
                     text,
                 })
             }
-            Variable::Stop => {
-                let mut exec = self.exec(out);
-                // The operator sees the tool where the held move ends.
-                if exec.state.compensation.is_some() {
-                    exec.under_compensation(Code::m(0))?;
-                }
-                exec.emit(CanonicalOp::ProgramStop);
-                Ok(())
-            }
+            Variable::Stop => self.exec(out).stop_program(),
         }
     }
 
