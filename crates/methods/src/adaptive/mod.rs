@@ -440,13 +440,10 @@ impl Compensator for Adaptive {
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            let friction = state
-                .learning
-                .friction_bounds(&state.load, self.motor.rated_torque)
-                .map(|bound| bound / self.motor.rated_torque);
+            let holding = state.learning.holding_bounds();
             state
                 .trust
-                .step(&signals.reference, state.crossing.side, friction);
+                .step(&signals.reference, state.crossing.side, holding);
         }
         // the flank has been decided: open, extend or close the window, then read on
         if let Some(window) = state.watch.step(

@@ -263,6 +263,8 @@ impl<C: Compensator> Compensator for Observed<C> {
 
     const LEARNS_LOAD: bool = C::LEARNS_LOAD;
 
+    const HEEDS_OTHERS: bool = C::HEEDS_OTHERS;
+
     fn info(&self) -> &'static MethodInfo {
         self.compensator.info()
     }
@@ -281,6 +283,14 @@ impl<C: Compensator> Compensator for Observed<C> {
 
     fn learned(&self, state: &Self::State) -> Option<Learned> {
         self.compensator.learned(&state.compensator)
+    }
+
+    fn readiness(&self, state: &Self::State) -> Option<f64> {
+        self.compensator.readiness(&state.compensator)
+    }
+
+    fn heed(&self, state: &mut Self::State, others: f64) {
+        self.compensator.heed(&mut state.compensator, others);
     }
 
     fn learning(&self, state: &Self::State) -> Option<Learning> {
