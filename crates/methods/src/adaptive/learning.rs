@@ -129,9 +129,11 @@ impl LearningState {
         self.filter.inertia_doubt()
     }
 
-    /// The least and the most torque that holds the load at rest, over the rated torque.
-    pub(super) fn holding_bounds(&self) -> [f64; 2] {
-        self.filter.holding_bounds()
+    /// The least and the most Coulomb friction that the load may have, within two standard
+    /// deviations, N m.
+    pub(super) fn friction_bounds(&self, load: &LoadModel, rated: f64) -> [f64; 2] {
+        let doubt = 2.0 * self.filter.friction_doubt() * rated;
+        [load.coulomb - doubt, load.coulomb + doubt]
     }
 
     /// One tick; changes the load at the end of a block.

@@ -136,22 +136,9 @@ impl LoadFilter {
         self.covariance[0][0].max(0.0).sqrt() / self.mean[0].max(LEAST_INERTIA)
     }
 
-    /// The least and the most torque that holds a load at rest, over the rated torque, within two
-    /// standard deviations: Coulomb friction and constant torque together. An axis that has moved
-    /// one way only knows their sum and not which of them it is; either holds the load, by
-    /// sticking or on one flank.
-    pub(super) fn holding_bounds(&self) -> [f64; 2] {
-        let p = &self.covariance;
-        // the sum in the better known direction of travel
-        let [forth, back] = [1.0, -1.0].map(|way| {
-            let variance = p[2][2] + p[3][3] + 2.0 * way * p[2][3];
-            (
-                (self.mean[2] + way * self.mean[3]).abs(),
-                2.0 * variance.max(0.0).sqrt(),
-            )
-        });
-        let (torque, doubt) = if forth.1 < back.1 { forth } else { back };
-        [torque - doubt, torque + doubt]
+    /// Standard deviation of the Coulomb friction, over the rated torque.
+    pub(super) fn friction_doubt(&self) -> f64 {
+        self.covariance[2][2].max(0.0).sqrt()
     }
 
     /// The most probable values that are physically possible: neither friction nor inertia below

@@ -440,10 +440,13 @@ impl Compensator for Adaptive {
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            let holding = state.learning.holding_bounds();
+            let friction = state
+                .learning
+                .friction_bounds(&state.load, self.motor.rated_torque)
+                .map(|bound| bound / self.motor.rated_torque);
             state
                 .trust
-                .step(&signals.reference, state.crossing.side, holding);
+                .step(&signals.reference, state.crossing.side, friction);
         }
         // the flank has been decided: open, extend or close the window, then read on
         if let Some(window) = state.watch.step(

@@ -1,6 +1,6 @@
 //! When what is known of the gap is used, and how far.
 //!
-//! 1. Only where friction, or a constant torque, certainly holds the load. A load without friction floats between the flanks
+//! 1. Only where friction certainly holds the load. A load without friction floats between the flanks
 //!    at the speed that its last contact left it, and the motor does not show where it is: a
 //!    traverse that is right for a load on its flank releases it there, or pushes it. With
 //!    everything told (`lookup`) such loads leave a larger peak than no compensation in seven of
@@ -10,21 +10,21 @@
 //!    the same share never is.
 //!
 //! ```text
-//! held      from  T_h - 2 s > 0.005 T_rated  until  T_h + 2 s < 0.005 T_rated      T_h = |T_f +- T_const|, s: its standard deviation
+//! held      from  T_f - 2 s > 0.005 T_rated  until  T_f + 2 s < 0.005 T_rated          s: standard deviation of T_f
 //! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
 use lostmotion_drive::signal::Reference;
 use serde::{Deserialize, Serialize};
 
-/// Torque from which on it holds a load, part of the rated torque. Tuned on drawn cells:
+/// Coulomb friction from which on it holds a load, part of the rated torque. Tuned on drawn cells:
 /// loads with 0.6 % and more were helped there.
 const HOLDING_SHARE: f64 = 0.005;
 
 /// Whether the gap of an axis is used, by itself and beside the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trust {
-    /// Whether friction or a constant torque certainly holds the load.
+    /// Whether friction certainly holds the load.
     held: bool,
     /// Whether the gap is too small to matter.
     pub(super) nil: bool,
@@ -68,8 +68,8 @@ impl Trust {
         self.used(1.0)
     }
 
-    /// Takes the reference and the flank of a tick, and the least and the most torque that may hold
-    /// the load, parts of the rated torque.
+    /// Takes the reference and the flank of a tick, and the least and the most Coulomb friction that
+    /// the load may have, parts of the rated torque.
     pub(super) fn step(&mut self, reference: &Reference, side: i8, [least, most]: [f64; 2]) {
         self.held = if self.held {
             most > HOLDING_SHARE
