@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
             let program = Program::from_str(&*name, &std::fs::read_to_string(path)?);
-            let methods = MethodId::all().map(|method| method.name());
+            let methods = MethodId::all().map(MethodId::name);
             let run = match Simulation::new(&program, &machine).methods(methods).run() {
                 Ok(run) => run,
                 // Made for another machine.

@@ -3,8 +3,8 @@
 use crate::error::SimError;
 use crate::results::{BlockResult, ReversalResult};
 use lostmotion_base::{AxisId, BlockRef};
-use lostmotion_drive::{Engagement, Learning};
 use lostmotion_drive::config::AxisUnit;
+use lostmotion_drive::{Engagement, Learning};
 use std::ops::ControlFlow;
 
 /// One servo tick of the contour as a machine cut it.

@@ -299,8 +299,8 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         .map_err(|error| failure(&program, &error, voice))?;
     accepted(&program, &machine, &options, voice)?;
     // One method learns: the others have learned nothing.
-    let learned = comparison.results.iter().map(|result| &result.learned);
-    if let Some(learned) = learned.filter(|memory| !memory.is_empty()).next_back() {
+    let mut learned = comparison.results.iter().map(|result| &result.learned);
+    if let Some(learned) = learned.rfind(|memory| !memory.is_empty()) {
         run.learning.save(options.learned.as_deref(), learned)?;
     }
     let json = to_json(&comparison)?;

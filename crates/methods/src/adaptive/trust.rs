@@ -140,7 +140,8 @@ mod tests {
         }
         let told = |trust: &Trust, half_gap| trust.readiness(half_gap).unwrap_or(1.0);
         let (first, second) = (told(&ready, 1.0), told(&learning, 1.0));
-        (ready.heed(second), learning.heed(first));
+        ready.heed(second);
+        learning.heed(first);
         assert_eq!((ready.used(1.0), learning.used(1.0)), (0.0, 0.0));
         // an axis that stands, or whose load stays on one flank, does not hold the others back
         let rest = Reference::default();

@@ -81,7 +81,8 @@ fn another_axis_is_refused_by_the_key_that_differs_and_another_tuning_is_not() {
     tuned.drive.position_gain_per_s *= 0.8;
     tuned.drive.velocity_gain_a_s_per_rad *= 0.9;
     assert!(build_runner(&tuned, MethodId::ADAPTIVE, 0.0).is_ok());
-    let changes: [(&str, fn(&mut AxisConfig)); 5] = [
+    type Change = (&'static str, fn(&mut AxisConfig));
+    let changes: [Change; 5] = [
         ("learned_on.rotor_inertia_kgm2", |axis| {
             axis.motor.inertia_kgm2 *= 1.5;
         }),

@@ -105,7 +105,7 @@ impl Memory {
             Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
         let mut problems = non_finite_numbers(&document);
         // Of another version nothing else is told: its keys may all be other ones.
-        let version = document.root.get("version").map(|value| value.get_ref());
+        let version = document.root.get("version").map(toml::Spanned::get_ref);
         let version = version.and_then(|value| value.as_integer());
         let version = version.map(|number| number.as_str().to_owned());
         if let Some(version) = version.filter(|version| *version != VERSION.to_string()) {

@@ -188,7 +188,7 @@ impl Bank {
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
         let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
-        let heeded = batch.axes().any(|axis| axis.heeds_others());
+        let heeded = batch.axes().any(AxisRunner::heeds_others);
         Ok(Bank {
             exchange_cycles: if heeded {
                 ((EXCHANGE_S / machine.cycles().command().period_s()).round() as usize).max(1)

@@ -182,8 +182,8 @@ fn the_program_for_the_control_fits_every_machine_that_it_is_written_for() {
             .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
         assert!(plan.duration_s > 60.0, "{}", preset.name);
         // Each axis really makes its strokes.
-        for axis in 0..3 {
-            assert!(range[1][axis] - range[0][axis] > 1.0, "{}", preset.name);
+        for (least, most) in range[0].iter().zip(&range[1]).take(3) {
+            assert!(most - least > 1.0, "{}", preset.name);
         }
     }
     assert!(written > 2);

@@ -30,8 +30,8 @@ pub mod summary;
 pub mod table;
 
 pub use cell::{Trace, Traced};
-pub use factor::{Cell, FACTORS, Factor};
 pub(crate) use cycle::Watch;
+pub use factor::{Cell, FACTORS, Factor};
 pub use limit::{Physics, traverse_s};
 pub(crate) use result::practical_um;
 pub use result::{CellResult, MethodFigures};
