@@ -115,13 +115,7 @@ impl LearningState {
         inertia: f64,
         rated: f64,
     ) {
-        let unit = units(inertia, rated);
-        self.filter.learn(
-            std::array::from_fn(|i| mean[i] / unit[i]),
-            std::array::from_fn(|i| {
-                std::array::from_fn(|j| covariance[i][j] / (unit[i] * unit[j]))
-            }),
-        );
+        self.filter.learn(mean, covariance, &units(inertia, rated));
     }
 
     /// Standard deviation over value of the inertia.

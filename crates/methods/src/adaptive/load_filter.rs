@@ -123,11 +123,19 @@ impl LoadFilter {
         std::array::from_fn(|i| std::array::from_fn(|j| self.covariance[i][j] * unit[i] * unit[j]))
     }
 
-    /// Takes over what a crossing told of the unknowns, which began from what the filter knew then;
-    /// all in the filter's units. What is known better meanwhile stays.
-    pub(super) fn learn(&mut self, mean: LoadVector, covariance: [LoadVector; N]) {
-        if covariance[0][0] < self.covariance[0][0] && (0..N).all(|i| covariance[i][i] > 0.0) {
-            (self.mean, self.covariance) = (mean, covariance);
+    /// Takes over what a crossing told of the unknowns (SI, as in [`LoadFilter::known`]), which began
+    /// from what the filter knew then. What is known better meanwhile stays.
+    pub(super) fn learn(
+        &mut self,
+        mean: &LoadVector,
+        covariance: &[LoadVector; N],
+        unit: &LoadVector,
+    ) {
+        let told = LoadFilter::known(mean, covariance, unit);
+        if told.covariance[0][0] < self.covariance[0][0]
+            && (0..N).all(|i| told.covariance[i][i] > 0.0)
+        {
+            (self.mean, self.covariance) = (told.mean, told.covariance);
         }
     }
 
