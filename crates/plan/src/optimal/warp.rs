@@ -29,6 +29,14 @@ impl Beta {
         c0 + part * (c1 + part * c2)
     }
 
+    /// Real by nominal time: the mean of 1 / sqrt(beta) over the interval.
+    fn stretch(&self) -> f64 {
+        GAUSS
+            .iter()
+            .map(|(at, weight)| weight / self.at(*at).sqrt())
+            .sum()
+    }
+
     fn slope(&self, part: f64) -> f64 {
         self.0[1] + 2.0 * part * self.0[2]
     }
@@ -78,16 +86,18 @@ pub(super) struct Walk {
 }
 
 impl Walk {
+    /// Real time over all intervals of the coefficients `x`, s.
+    pub(super) fn lasts_s(step_s: f64, x: &[f64]) -> f64 {
+        let stretch: f64 = x.windows(3).map(|x| Beta::over(x).stretch()).sum();
+        step_s * stretch
+    }
+
     /// Adds the samples, each with its interval, within the nominal intervals between the points,
     /// over which the coefficients `x` give beta.
     pub(super) fn go(&mut self, points: &[Sample], step_s: f64, x: &[f64], out: &mut Vec<Placed>) {
         for (interval, (pair, x)) in points.windows(2).zip(x.windows(3)).enumerate() {
             let beta = Beta::over(x);
-            // Real by nominal time: the mean of 1 / sqrt(beta) over the interval.
-            let stretch = GAUSS
-                .iter()
-                .map(|(at, weight)| weight / beta.at(*at).sqrt())
-                .sum::<f64>();
+            let stretch = beta.stretch();
             let whole = step_s * stretch;
             while self.ahead_s < whole {
                 let part = beta.part(self.ahead_s / whole, stretch);

@@ -39,6 +39,9 @@ const MAX_DIPS: usize = 100;
 /// Factor by which dips may lengthen the samples of a window, at most. A choice: more would cost
 /// what retiming gains.
 const LONGEST_DIPPED: f64 = 1.01;
+/// Times as long as before that a window may get by dips of what is held back, at most. A choice: no
+/// dip that mends anything takes as much, and a window that stands still has samples without end.
+const SLOWEST_DIPPED: f64 = 10.0;
 /// Duality gap, as a part of the time, from which on no better motion was found. A choice: a
 /// solution known no better than to 5 % promises no gain.
 const FAILED_GAP: f64 = 0.05;
@@ -168,9 +171,14 @@ impl Windows {
             return first;
         }
         let longest = LONGEST_DIPPED * first.samples.len() as f64 + 1.0;
+        // What is held back may be dipped further, but not until it stands still.
+        let slowest_s = SLOWEST_DIPPED * self.lasts_s();
         let (mut best, mut found) = (first, self.x.clone());
         excess::dip(&mut self.x, &best.excess, self.width, ends);
         for _ in 0..MAX_DIPS {
+            if self.lasts_s() > slowest_s {
+                break;
+            }
             let trial = self.trial(ends[1], given, true);
             if trial.samples.len() as f64 > longest {
                 break;
@@ -186,6 +194,11 @@ impl Windows {
         }
         self.x = found;
         best
+    }
+
+    /// How long all that is planned takes, s.
+    fn lasts_s(&self) -> f64 {
+        Walk::lasts_s(self.step_s, &self.x)
     }
 
     /// Solves for less time and judges the resulting samples.

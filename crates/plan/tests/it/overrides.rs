@@ -163,6 +163,18 @@ fn nothing_of_the_feed_is_rest_on_feed_moves_only() {
     assert!(plan.paced(&[(0, Action::Override(0.0))]).len() < 1500);
 }
 
+/// Where what is held back of a window passes a limit however slow it gets, the window is not
+/// slowed until it stands still: it had samples without end.
+#[test]
+fn a_window_that_no_dip_mends_ends() {
+    let plan = Plan::program(&at_feed(pocket(), 35.0));
+    let actions = [
+        (345, Action::Override(1.307_922_986_504_884_7)),
+        (577, Action::Override(1.113_382_917_782_073)),
+    ];
+    plan.check(&actions, 0.01);
+}
+
 #[test]
 fn no_override_is_the_plan_to_the_bit() {
     let plan = Plan::program(&drilling());
