@@ -22,6 +22,10 @@ const EASED_STEADY: usize = 60;
 const EASED_CHANGING: usize = 3;
 /// Largest pace, however slow the plan is. A choice: twice the largest override (200 %).
 pub(super) const MOST_PACE: f64 = 4.0;
+/// Least pace from which a pace that changes all along sets out; below it a steady one comes first.
+/// A choice: below any that is aimed at on the way to another, and a window that begins as slowly
+/// has at most some hundred times the samples of the plan.
+const LEAST_PACE: f64 = 2.5e-3;
 /// Part by which the start may be above the pace asked for. A choice: above rounding of the pace,
 /// hardly seen in the feed.
 const START_MARGIN: f64 = 1e-3;
@@ -74,7 +78,8 @@ impl Retimed {
                 state.w * state.w + side * state.u * course.step_s
             }
         });
-        if first.iter().any(|x| *x <= 0.0) {
+        let too_slow = !stands && state.w < LEAST_PACE;
+        if too_slow || first.iter().any(|x| *x <= 0.0) {
             return None;
         }
         // The state that is may already use all of a limit.

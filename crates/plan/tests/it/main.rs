@@ -1,6 +1,7 @@
 //! Tests of the planner from the outside: limits, corners, overrides, generated programs, a reference optimiser.
 #![allow(clippy::panic, clippy::unwrap_used)]
 
+mod bounded;
 mod common;
 mod corners;
 mod five_axes;

@@ -44,6 +44,11 @@ impl Plan {
 
     /// The samples with actions at times in ms.
     pub(crate) fn paced(&self, actions: &[(u64, Action)]) -> Vec<Sample> {
+        self.paced_within(actions, usize::MAX)
+    }
+
+    /// The same, given up after a number of samples.
+    pub(crate) fn paced_within(&self, actions: &[(u64, Action)], most: usize) -> Vec<Sample> {
         let mut pacer = Pacer::new(&self.config).unwrap();
         let (mut out, mut plan, mut actions): (Vec<Sample>, _, _) =
             (Vec::new(), self.samples.iter(), actions.iter().peekable());
@@ -54,7 +59,7 @@ impl Plan {
             {
                 pacer.act(actions.next().unwrap().1).unwrap();
             }
-            if pacer.is_held() && actions.peek().is_none() {
+            if pacer.is_held() && actions.peek().is_none() || out.len() >= most {
                 return out;
             }
             if let Some(sample) = pacer.take() {
