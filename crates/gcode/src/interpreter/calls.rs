@@ -129,6 +129,7 @@ impl Interpreter {
             opens: self.flow.opens.len(),
             locals,
             caller: self.stack_index,
+            by_m_code: false,
             rounds: rounds - 1,
         };
         // The chain of calls is kept for the places of findings.

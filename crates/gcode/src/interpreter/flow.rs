@@ -65,6 +65,8 @@ pub(crate) struct CallFrame {
     pub(crate) locals: Option<Box<[f64; MACRO_LOCALS]>>,
     /// Index of the caller's own call.
     pub(crate) caller: u32,
+    /// Whether an M code that the settings give this meaning has called it.
+    pub(crate) by_m_code: bool,
     /// Further rounds of the call (L of M98).
     pub(crate) rounds: u64,
 }

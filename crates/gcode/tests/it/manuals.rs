@@ -2,6 +2,7 @@
 //! its place. Positions are computed by hand from them, machine coordinates in mm.
 
 use crate::common::{codes, config, moves_with};
+use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::{
     Code, Diagnostic, Dialect, InterpreterConfig, MCodeUse, Program, Severity, Tool, ToolTable,
 };
@@ -130,6 +131,23 @@ fn an_m_code_calls_a_subprogram_or_a_macro() {
     let coolant = "G0 X1. M8\nM30\nO9001\nX2.\nM99\n";
     let config = with_codes(FANUC, &[(8, MCodeUse::Call(9001))]);
     assert_eq!(x_ends(coolant, config), [1.0, 2.0]);
+}
+
+/// B-63944EN, "Macro Call Using an M Code": in a program that an M code has called, an M code is an
+/// ordinary one. So a tool change of one's own may change the tool.
+#[test]
+fn in_what_an_m_code_has_called_m_codes_are_ordinary() {
+    let text =
+        "G0 X1. T1\nM6\nX4.\nM6\nM30\nO9001\nG53 G0 X2.\nM6\nM22\nM98 P5\nM99\nO5\nX3. M6\nM99\n";
+    let config = with_codes(
+        FANUC,
+        &[(6, MCodeUse::Call(9001)), (22, MCodeUse::Macro(9001))],
+    );
+    assert_eq!(x_ends(text, config.clone()), [1.0, 2.0, 3.0, 4.0, 2.0, 3.0]);
+    let changes = Program::new(text.as_bytes(), config)
+        .filter(|sourced| matches!(sourced.op, CanonicalOp::ChangeTool(_)))
+        .count();
+    assert_eq!(changes, 4);
 }
 
 /// A code that stops does as M0, one that takes its time as G4, after the move of its line.

@@ -113,7 +113,7 @@ impl MachineError {
             "" => String::new(),
             key => format!("{key}: "),
         };
-        format!("{place}{key}{}", legible(&problem.message))
+        legible(&format!("{place}{key}{}", problem.message))
     }
 }
 

@@ -8,7 +8,7 @@
 use super::document::{Document, path_of_span};
 use super::problem::{MISSING, Problem, UNKNOWN_KEY};
 use lostmotion_base::names::did_you_mean;
-use lostmotion_base::text::shortened;
+use lostmotion_base::text::{legible, shortened};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::Spanned;
@@ -101,6 +101,14 @@ fn describe(
             format!("add `{missing}` here"),
         );
     }
+    if message == OVERFLOWED {
+        return document.problem_at(
+            span.start,
+            path,
+            "the whole number is larger than a file can hold".to_owned(),
+            "write it with a decimal point or an exponent, if it is meant".to_owned(),
+        );
+    }
     let said = message
         .strip_prefix("invalid type: ")
         .or_else(|| message.strip_prefix("invalid value: "))
@@ -109,7 +117,7 @@ fn describe(
     // Where something else was expected the rest is a value, of any length; else it is a sentence.
     let (found, expected) = match said.split_once(", expected ") {
         Some(("map", expected)) => ("a table".to_owned(), expected),
-        Some((value, expected)) => (shortened(value, SHOWN_CHARACTERS), expected),
+        Some((value, expected)) => (shortened(&legible(value), SHOWN_CHARACTERS), expected),
         None => (said.to_owned(), ""),
     };
     let expected = match expected {
@@ -127,8 +135,11 @@ fn describe(
     document.problem_at(span.start, path, said, String::new())
 }
 
+/// What the reader of TOML says of a whole number beyond 64 bits.
+const OVERFLOWED: &str = "integer number overflowed";
+
 /// Most characters of a value that a message shows. A choice: a line of text has room for the rest.
-const SHOWN_CHARACTERS: usize = 40;
+const SHOWN_CHARACTERS: usize = 60;
 
 /// What to say of a gap in an angle where it is a distance, or the other way round.
 fn gap_hint(unknown: &str, known: &[&str]) -> Option<String> {

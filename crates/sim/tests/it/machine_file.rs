@@ -196,12 +196,19 @@ fn values_out_of_range_are_named_with_what_is_allowed() {
 /// 300 digits would fill the screen: of a text, or of a number as serde writes it.
 #[test]
 fn long_values_are_shortened_in_messages() {
-    for value in [format!("\"{}\"", "9".repeat(300)), "1e300".to_owned()] {
+    let nines = "9".repeat(300);
+    for (value, found) in [
+        (format!("\"{nines}\""), "(300 digits)"),
+        ("1e300".to_owned(), "(301 digits)"),
+        (nines, "larger than a file can hold"),
+    ] {
         let error = broken("poles = 10", &format!("poles = {value}")).to_string();
         assert!(error.contains("axis.x.motor.poles"), "{error}");
         // Place, key and what is expected take the rest of the line.
         let longest = error.lines().map(str::len).max().unwrap();
         assert!(longest < 200, "{error}");
+        // What is cut is cut once, and its length is its own.
+        assert!(error.contains(found) && !error.contains("...."), "{error}");
     }
 }
 

@@ -3,7 +3,8 @@
 //!
 //! A code that calls a subroutine does so after the rest of its line; one that calls a macro takes
 //! the line's words as arguments and carries nothing else out (B-62093E, "Difference between
-//! Subprogram Call (T, M) and Macro Call (G, M)").
+//! Subprogram Call (T, M) and Macro Call (G, M)"). In what an M code has called, M codes are ordinary
+//! ones (B-63944EN, "Macro Call Using an M Code"): a tool change of one's own may end with M6.
 
 use super::Once;
 use crate::codes::row::bit;
@@ -31,6 +32,32 @@ fn m_code(word: &Word) -> Option<Code> {
 }
 
 impl Interpreter {
+    /// What the settings make of an M code here.
+    fn told_use(&self, code: Code) -> Option<&MCodeUse> {
+        let what = self.config.m_codes.get(&code)?;
+        let calls = matches!(what, MCodeUse::Call(_) | MCodeUse::Macro(_));
+        if !calls || !self.flow.frames.iter().any(|frame| frame.by_m_code) {
+            return Some(what);
+        }
+        // Ordinary there: its own meaning, or none that moves an axis.
+        find(code).is_none().then_some(&MCodeUse::Ignore)
+    }
+
+    /// Calls what an M code stands for.
+    pub(crate) fn call_by_m_code(
+        &mut self,
+        name: String,
+        arguments: Option<&[f64]>,
+    ) -> Result<(), Problem> {
+        let depth = self.flow.frames.len();
+        self.call(name, arguments, 1)?;
+        // It may be looked for first.
+        if let Some(frame) = self.flow.frames.get_mut(depth) {
+            frame.by_m_code = true;
+        }
+        Ok(())
+    }
+
     /// Takes M codes off the block that the settings give a meaning, and those that are not known,
     /// which are told once. True if there were any: their other words stand there without a code
     /// then.
@@ -39,11 +66,10 @@ impl Interpreter {
         let mut found = false;
         let mut index = 0;
         while let Some(&word) = self.block.words.get(index) {
-            match m_code(&word) {
-                Some(code) if self.config.m_codes.contains_key(&code) => {
-                    self.foreign.extend(self.config.m_codes.get(&code).cloned());
-                }
-                Some(code) if find(code).is_none() => self.tell_unknown(code, word.text),
+            let code = m_code(&word);
+            match (code, code.and_then(|code| self.told_use(code)).cloned()) {
+                (_, Some(what)) => self.foreign.push(what),
+                (Some(code), None) if find(code).is_none() => self.tell_unknown(code, word.text),
                 _ => {
                     index += 1;
                     continue;
@@ -67,7 +93,7 @@ impl Interpreter {
         if self.config.m_codes.is_empty() {
             return None;
         }
-        let calls = |word: &Word| match self.config.m_codes.get(&m_code(word)?) {
+        let calls = |word: &Word| match self.told_use(m_code(word)?) {
             Some(MCodeUse::Macro(number)) => Some(number.to_string()),
             _ => None,
         };
@@ -92,7 +118,7 @@ impl Interpreter {
             match what {
                 MCodeUse::Stop => self.exec(out).stop_program()?,
                 MCodeUse::Dwell(seconds) => self.exec(out).pause(seconds)?,
-                MCodeUse::Call(number) => self.call(number.to_string(), None, 1)?,
+                MCodeUse::Call(number) => self.call_by_m_code(number.to_string(), None)?,
                 MCodeUse::Ignore | MCodeUse::Macro(_) => {}
             }
         }

@@ -379,7 +379,7 @@ impl Interpreter {
             });
         }
         let words = self.macro_words(Some(index))?;
-        self.call(name, Some(&words.arguments), 1)
+        self.call_by_m_code(name, Some(&words.arguments))
     }
 
     /// G65 to G67.
