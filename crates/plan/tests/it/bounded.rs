@@ -112,7 +112,11 @@ fn plans_end_whatever_an_operator_does() {
         let plan = Plan::of(&case.config, items(&case));
         let most = last + 2 * alone + SHORTEST_MS;
         let samples = plan.paced_within(&actions, most);
-        assert!(samples.len() < most, "{seed}: {} {actions:?}", samples.len());
+        assert!(
+            samples.len() < most,
+            "{seed}: {} {actions:?}",
+            samples.len()
+        );
         assert_eq!(
             samples.last().unwrap().position,
             plan.samples.last().unwrap().position,
