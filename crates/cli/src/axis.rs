@@ -437,9 +437,13 @@ fn found_beside(fit: &BacklashFit, stiffness: &LoadStiffness) -> String {
         let time = milliseconds(fit.damping_time_s);
         format!("damping time {time} ms (95 %: {low} to {high} ms)\n")
     });
-    let late = (fit.current_late_s > 0.0).then(|| {
-        let late = milliseconds(fit.current_late_s);
-        format!("the current lags behind the positions by {late} ms or more\n")
+    // A lag whose interval holds zero is none.
+    let [least, most] = fit.current_late_interval_s;
+    let late = (least > 0.0).then(|| {
+        let [late, least, most] = [fit.current_late_s, least, most].map(milliseconds);
+        format!(
+            "the current lags behind the positions by {late} ms or more (95 %: {least} to {most} ms)\n"
+        )
     });
     let load = fit.load.map(|load| {
         let (inertia, viscous) = (shown(load.inertia_kgm2), shown(load.viscous_nm_s_per_rad));

@@ -9,7 +9,7 @@
 mod rig;
 
 use lostmotion_identify::fit_backlash;
-use rig::score::{KINDS, Score};
+use rig::score::{KINDS, Kind, Score};
 use rig::{RATED_TORQUE, Rig};
 
 fn main() {
@@ -85,7 +85,9 @@ fn main() {
 
 /// What is found on the logs of some kinds, and the row of each kind in the book's table.
 fn recorded(part: &str, seeds: std::ops::Range<u64>) {
-    for kind in KINDS.into_iter().filter(|kind| kind.name.contains(part)) {
+    let whole = KINDS.iter().any(|kind| kind.name == part);
+    let wanted = |kind: &Kind| kind.name == part || !whole && kind.name.contains(part);
+    for kind in KINDS.into_iter().filter(wanted) {
         let score = Score::of(kind, seeds.clone(), |axis, truth, fit| {
             let of_truth = |value: f64| 100.0 * (value / truth - 1.0);
             let found = match fit {

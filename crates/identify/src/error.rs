@@ -86,6 +86,14 @@ pub enum NotExcited {
         /// Upper end, rad at the motor.
         high_rad: f64,
     },
+    /// The rows were not sampled when the log says.
+    #[error(
+        "the gap cannot be told, because the rows were sampled some {jitter_ms:.3} ms beside the times that the log gives, which hides the motor's acceleration: log the time at which each row was sampled"
+    )]
+    TimesWrong {
+        /// Standard deviation of the sampling time about the logged one, ms.
+        jitter_ms: f64,
+    },
     /// The interval is so wide that the value is no use.
     #[error(
         "the gap cannot be told, because noise and wind-up leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log longer, with more reversals and varied accelerations, or with less noise of the current"

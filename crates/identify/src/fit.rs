@@ -9,6 +9,7 @@ use crate::{
         RESOLUTION_SHARE, VISCOUS,
     },
     instruments::{self, Exact},
+    jitter,
     log::BacklashLog,
     plausible,
     result::{BacklashFit, ToldCompliance},
@@ -77,6 +78,34 @@ pub fn fit_backlash_with(
 ) -> Result<BacklashFit, FitError> {
     settings.check()?;
     plausible::check(log, settings, true)?;
+    // Rows beside their times make the acceleration noisy, and long windows less so.
+    let jitter_s = jitter::jitter_s(log);
+    let half_window_s = jitter::half_window_s(log, jitter_s, settings.half_window_s);
+    let steady = FitSettings {
+        half_window_s,
+        ..*settings
+    };
+    fit_steady(log, &steady, solver).map_err(|error| match error {
+        // A log that would tell the gap but for its times.
+        FitError::NotExcited(
+            NotExcited::IntervalTooWide { .. }
+            | NotExcited::MotorUnknown { .. }
+            | NotExcited::TooFewTraversals { .. }
+            | NotExcited::OneSide { .. },
+        ) if half_window_s > settings.half_window_s => NotExcited::TimesWrong {
+            jitter_ms: 1e3 * jitter_s,
+        }
+        .into(),
+        other => other,
+    })
+}
+
+/// The fit of a log whose windows are as long as its times want.
+fn fit_steady(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<BacklashFit, FitError> {
     if !settings.motor_friction_known {
         return fit_unknown(log, settings, solver);
     }
@@ -315,6 +344,8 @@ impl Estimate {
             damping_time_interval_s: [damping - damping_half_width, damping + damping_half_width]
                 .map(|end| end.max(0.0)),
             current_late_s: late_s,
+            current_late_interval_s: [certainly_late_s, late_s + damping_half_width]
+                .map(|end| if late_s > 0.0 { end } else { 0.0 }),
             motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,

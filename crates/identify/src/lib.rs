@@ -43,6 +43,7 @@ mod even;
 pub mod fit;
 pub mod huber;
 mod instruments;
+mod jitter;
 pub mod log;
 pub mod motor_only;
 mod plausible;

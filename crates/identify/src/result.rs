@@ -46,6 +46,9 @@ pub struct BacklashFit {
     /// How much later than the positions the current was logged at least, s.
     #[serde(default)]
     pub current_late_s: f64,
+    /// 95 % interval of that, s, not below zero.
+    #[serde(default)]
+    pub current_late_interval_s: [f64; 2],
     /// Inertia of the motor as given, or as fitted, kg m2.
     pub motor_inertia_kgm2: f64,
     /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.

@@ -324,6 +324,8 @@ impl MotorOnlyJob<'_> {
             damping_time_interval_s: [damping - damping_half_width, damping + damping_half_width]
                 .map(|end| end.max(0.0)),
             current_late_s: (-damping).max(0.0),
+            current_late_interval_s: [-damping - damping_half_width, -damping + damping_half_width]
+                .map(|end| if damping < 0.0 { end.max(0.0) } else { 0.0 }),
             motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
             residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
             residual_scale_rad: scale,

@@ -100,6 +100,28 @@ fn the_interval_of_the_stiffness_holds_it() {
     assert!(fitted >= 13 && right + 2 >= fitted, "{right} of {fitted}");
 }
 
+/// Rows beside their times make the motor's acceleration noisy: told, or refused with the cause.
+#[test]
+fn logs_of_a_recorder_whose_times_are_rounded() {
+    let score = score("jitter not recorded", 97_000..97_012);
+    let fitted = score.errors.len();
+    assert!(fitted >= 8 && score.covered + 1 >= fitted, "{score:?}");
+    assert!(score.errors[fitted / 2] <= 0.02, "{score:?}");
+    assert!(score.beyond <= 1.0, "{score:?}");
+    let named = |text: &String| text.contains("beside the times that the log gives");
+    assert!(score.refused.iter().all(named), "{score:?}");
+}
+
+/// A filter before the recorder delays the current by up to 4 ms.
+#[test]
+fn logs_of_a_filtered_current() {
+    let score = score("filtered current", 98_000..98_012);
+    let fitted = score.errors.len();
+    assert!(fitted >= 10 && score.covered + 1 >= fitted, "{score:?}");
+    assert!(score.errors[fitted / 2] <= 0.01, "{score:?}");
+    assert!(score.beyond <= 1.0, "{score:?}");
+}
+
 /// Without the axis the motor's inertia and friction are found, too, or it is said that they cannot.
 #[test]
 fn logs_without_an_axis() {
