@@ -57,13 +57,18 @@ fn allowed(config: &PlannerConfig, control: PathControl) -> Option<(f64, bool)> 
 /// Tolerance for a run of short lines, mm; `None` if they are not to be merged.
 pub(crate) fn merge_tolerance(config: &PlannerConfig, control: PathControl) -> Option<f64> {
     let PathControl::Continuous {
-        merge_tolerance_mm, ..
+        tolerance_mm,
+        merge_tolerance_mm,
     } = control
     else {
         return None;
     };
     let (tolerance, wide) = allowed(config, control)?;
-    let merge = merge_tolerance_mm.unwrap_or(tolerance).min(tolerance);
+    // A bare G64 asks for the best speed: its default tolerance holds for runs, too.
+    let merge = match (tolerance_mm, merge_tolerance_mm) {
+        (Some(_), Some(merge)) => merge.min(tolerance),
+        _ => tolerance,
+    };
     (wide && merge > 0.0).then_some(merge)
 }
 
