@@ -6,7 +6,7 @@ use crate::common::{
 use lostmotion_base::units::rad;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
-use lostmotion_plan::{PathControl, PlanItem, Planner, Sample};
+use lostmotion_plan::{FeedLimit, PathControl, PlanItem, Planner, Sample};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
 fn seconds(samples: &[Sample]) -> f64 {
@@ -130,6 +130,23 @@ fn g64_without_p_takes_the_time_of_its_default_tolerance() {
     };
     let default = three_axes().default_tolerance_mm;
     assert!(circle(bare) == circle(continuous(default)));
+}
+
+/// On a straight line there is nothing to round, whatever the tolerance: each line keeps its feed.
+#[test]
+fn a_change_of_feed_on_a_line_takes_the_time_of_the_exact_path() {
+    let lines = |control| {
+        let mut program = Program::new(control, 100.0);
+        program.line(100.0, 0.0, 0.0);
+        program.feed = FeedLimit::PerSecond(20.0);
+        program.line(200.0, 0.0, 0.0);
+        seconds(&program.run())
+    };
+    let exact = lines(PathControl::ExactPath);
+    assert!(exact < 1.3 + 5.1, "{exact}");
+    for tolerance in [0.01, 0.1, 1.0] {
+        assert!((lines(continuous(tolerance)) - exact).abs() < 1.1e-3);
+    }
 }
 
 /// Wherever the corner points: the jerks of both motions add up to more than a joint has in most
