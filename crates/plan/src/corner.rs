@@ -4,15 +4,16 @@
 //! the other. Letting the end of one motion and the start of the next add up for a time tau cuts
 //! the corner a little and saves tau. With the distance u still to go on the first line and the
 //! distance w gone on the second, the tool is w from the first line and u from the second, at most,
-//! so that it leaves the path by no more than min(u, w): the time for which both stay below the
-//! tolerance follows from the two motions alone, and the joints' limits are checked on the sum of
-//! both.
+//! so that it leaves the path by no more than min(u, w). Where u = w = x it is x |e - d| from the
+//! corner, with the directions d and e of the lines. The tolerance holds for both distances, so
+//! that the time of overlap follows from the two motions alone; the joints' limits are checked on
+//! the sum of both.
 
 use crate::chord::Chord;
 use crate::machine::Machine;
 use crate::motion::Stretch;
 use crate::motion::{PathState, Profile};
-use crate::piece::{Piece, sideways};
+use crate::piece::{Piece, corner_reach};
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
@@ -126,11 +127,8 @@ impl Leg {
 /// How long two motions may overlap at their corner without leaving the path by more than a
 /// tolerance, s.
 pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance: f64) -> f64 {
-    let (a, b) = (&before.direction, &after.direction);
-    // A way on one line leads this much off the other, so that the tolerance bounds the way.
-    let off = sideways(b, a).max(sideways(a, b));
-    let reach = tolerance / off.max(f64::MIN_POSITIVE);
-    // Both motions have to stay within reach of the corner at the same time.
+    let reach = corner_reach(&before.direction, &after.direction, tolerance);
+    // One of both motions has to be within reach of the corner at any time.
     let longest = (before.time_to(reach) + after.time_to(reach))
         .min(before.longest_s)
         .min(after.longest_s);
@@ -170,7 +168,7 @@ pub(crate) fn usual_overlap_s(
     };
     let (first, second) = (jerk(a), jerk(b));
     // The way on either line that the tolerance allows.
-    let reach = tolerance / sideways(b, a).max(sideways(a, b)).max(f64::MIN_POSITIVE);
+    let reach = corner_reach(a, b, tolerance);
     // The jerk lasts one window, and the acceleration is constant from then on.
     let time_to = |jerk: f64| {
         let cubic = math::cbrt(6.0 * reach / jerk);

@@ -15,8 +15,8 @@
 //!
 //! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch
 //! sets out before the one before has come to rest, so that the two motions add up for a while. The
-//! tool then stays within the tolerance of the path and passes the corner itself within twice as
-//! much; where the path turns back by more than 175 degrees it comes to rest.
+//! tool then stays within the tolerance of the path and passes the corner itself within it, too;
+//! where the path turns back by more than 175 degrees it comes to rest.
 //!
 //! ```
 //! use lostmotion_base::{AxisLimits, BlockRef, Coords};

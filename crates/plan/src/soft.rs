@@ -4,7 +4,7 @@
 
 use crate::machine::Machine;
 use crate::motion::Knot;
-use crate::piece::{Soft, sideways};
+use crate::piece::{Soft, corner_reach};
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 
@@ -182,7 +182,7 @@ pub(crate) fn soften(
         return None;
     }
     let part = JERK_PART / sum;
-    let reach = tolerance / sideways(e, d).max(sideways(d, e)).max(f64::MIN_POSITIVE);
+    let reach = corner_reach(d, e, tolerance);
     // At the jerk p j a motion from rest covers p j t^3 / 6: the time within the tolerance on
     // either line.
     let longest: f64 = legs

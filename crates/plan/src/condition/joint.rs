@@ -57,13 +57,18 @@ fn allowed(config: &PlannerConfig, control: PathControl) -> Option<(f64, bool)> 
 /// Tolerance for a run of short lines, mm; `None` if they are not to be merged.
 pub(crate) fn merge_tolerance(config: &PlannerConfig, control: PathControl) -> Option<f64> {
     let PathControl::Continuous {
-        merge_tolerance_mm, ..
+        tolerance_mm,
+        merge_tolerance_mm,
     } = control
     else {
         return None;
     };
     let (tolerance, wide) = allowed(config, control)?;
-    let merge = merge_tolerance_mm.unwrap_or(tolerance).min(tolerance);
+    // A bare G64 asks for the best speed: its default tolerance holds for runs, too.
+    let merge = match (tolerance_mm, merge_tolerance_mm) {
+        (Some(_), Some(merge)) => merge.min(tolerance),
+        _ => tolerance,
+    };
     (wide && merge > 0.0).then_some(merge)
 }
 
@@ -139,12 +144,7 @@ fn corner(
     if is_vertex(config, before, next, turn) {
         return Junction::Vertex;
     }
-    // Position and two derivatives agree already.
-    let gap = size(&(start.p - end.p)) <= SAME_DERIVATIVE;
-    if gap
-        && size(&(start.d1 - end.d1)) <= SAME_DERIVATIVE
-        && size(&(start.d2 - end.d2)) <= SAME_DERIVATIVE
-    {
+    if goes_on(before, next) {
         return Junction::Through;
     }
     // G61 rounds only what is within its angle, and a reversal is always a stop.
@@ -152,6 +152,14 @@ fn corner(
         return Junction::Stop;
     }
     Junction::Blend { tolerance }
+}
+
+/// Whether position and two derivatives agree already.
+pub(super) fn goes_on(before: &Programmed, next: &Programmed) -> bool {
+    let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
+    [start.p - end.p, start.d1 - end.d1, start.d2 - end.d2]
+        .iter()
+        .all(|difference| size(difference) <= SAME_DERIVATIVE)
 }
 
 fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {

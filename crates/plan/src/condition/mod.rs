@@ -166,9 +166,19 @@ impl Conditioner {
         if (one_vertex || self.ends_in_a_stub())
             && let (tolerance, Some(last)) = (self.tolerance(), self.chain.pop())
         {
-            // One vertex makes no curve.
+            // One vertex makes no curve, and none is needed on a straight line: a blend of its two
+            // halves would go at the lower of both feeds.
             self.close_chain(judge, out);
-            let spent = self.blend(&last, tolerance, judge, out);
+            let straight = self
+                .chain
+                .last()
+                .is_some_and(|before| joint::goes_on(before, &last));
+            let spent = if straight {
+                self.end(out);
+                0.0
+            } else {
+                self.blend(&last, tolerance, judge, out)
+            };
             self.chain = vec![last];
             self.spent = spent;
         } else if self.knot.is_some() || self.chain.len() > 2 {

@@ -33,9 +33,9 @@ const ROUND_EXCESS: f64 = 8e-4;
 /// Least part of a limit left to an interval with which a solution is taken without a comparison
 /// with the steady pace of the window's end. A choice: nearly twice `ROUND_EXCESS`.
 const LEAST_ROOM: f64 = 0.9985;
-/// How often the pace is lowered around what still passes a limit, at most. Raised from 24, so that
-/// what still passes a limit is lowered more often.
-const MAX_DIPS: usize = 100;
+/// How often the pace is lowered around what still passes a limit, at most. Raised from 24 and 100,
+/// so that what still passes a limit is lowered more often.
+const MAX_DIPS: usize = 200;
 /// Factor by which dips may lengthen the samples of a window, at most. A choice: more would cost
 /// what retiming gains.
 const LONGEST_DIPPED: f64 = 1.01;
