@@ -16,7 +16,6 @@
 
 use super::bridge::{BLOCK_TICKS, Block, Bridge, Crossed};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
-use super::trust::HOLDING_SHARE;
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
@@ -26,9 +25,6 @@ use serde::{Deserialize, Serialize};
 /// Servo ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a
 /// shaft's ringing.
 const SETTLE_TICKS: u32 = 60;
-/// Servo ticks of contact before a block in which the axis accelerates counts: a motor that still
-/// crosses the gap, or has just met its flank, accelerates without its load or with its blow.
-const CONTACT_TICKS: u32 = SETTLE_TICKS + 2 * BLOCK_TICKS;
 /// Standard deviations by which an acceleration has to exceed the encoder's noise. A choice.
 const CLEAR_DEVIATIONS: f64 = 4.0;
 /// Blocks after which the load counts as known. A choice: 32 ms; fewer let a single bad block in,
@@ -57,12 +53,6 @@ pub(super) struct LearningState {
     /// Servo ticks of undisturbed motion, up to [`SETTLE_TICKS`].
     calm: u32,
     twin_speed: f64,
-    /// Servo ticks for which the torque behind the motor has carried the load one way, up to
-    /// [`CONTACT_TICKS`].
-    contact: u32,
-    /// Whether friction has been certain to hold the load, so that a torque below it shows a load
-    /// that is loose.
-    held: bool,
     block: Block,
     before: Option<Block>,
     bridge: Option<Bridge>,
@@ -88,8 +78,6 @@ impl LearningState {
             known: false,
             calm: 0,
             twin_speed: 0.0,
-            contact: 0,
-            held: false,
             block: Block::default(),
             before: None,
             bridge: None,
@@ -107,10 +95,8 @@ impl LearningState {
         rated: f64,
     ) -> LearningState {
         let mean = [load.inertia, load.viscous, load.coulomb, load.constant];
-        let filter = LoadFilter::known(&mean, covariance, &units(inertia, rated));
         LearningState {
-            held: filter.mean[2] - 2.0 * filter.friction_doubt() > HOLDING_SHARE,
-            filter,
+            filter: LoadFilter::known(&mean, covariance, &units(inertia, rated)),
             blocks: BLOCKS_TO_KNOW,
             known: true,
             ..LearningState::new()
@@ -165,13 +151,6 @@ impl LearningState {
             || speed * wanted < 0.0
             || speed * self.twin_speed < 0.0;
         self.twin_speed = speed;
-        // friction that nothing carries shows a load that is loose
-        let least = (LOOSE_SHARE * self.filter.mean[2]).max(UNLOADED_SHARE) * motor.rated_torque;
-        self.contact = if seen.torque * wanted.signum() > least {
-            (self.contact + 1).min(CONTACT_TICKS)
-        } else {
-            0
-        };
         self.calm = if disturbed {
             0
         } else {
@@ -257,7 +236,7 @@ impl LearningState {
         // ends there does not either
         self.together = torque.abs() > UNLOADED_SHARE * rated;
         let crossed = self.pending.take();
-        if !self.together || self.held && seen != 0.0 && self.contact < CONTACT_TICKS {
+        if !self.together {
             return;
         }
         if let Some(crossed) = crossed {
@@ -269,12 +248,6 @@ impl LearningState {
             noise * (inertia / rated) * (inertia / rated),
             self.known,
         );
-        // what was learned of the inertia until now may be that of a motor alone
-        let certain = self.filter.mean[2] - 2.0 * self.filter.friction_doubt() > HOLDING_SHARE;
-        if certain && !self.held {
-            self.held = true;
-            self.filter.doubt_inertia();
-        }
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= BLOCKS_TO_KNOW {
             // believed once enough blocks have been seen; within physical bounds

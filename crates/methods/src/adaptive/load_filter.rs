@@ -52,10 +52,6 @@ const CONTRADICTION_DEVIATIONS: f64 = 3.0;
 /// inertia is in doubt by as much. A choice: narrower needs more reversals to put a wrong inertia
 /// in doubt, wider takes two chance contradictions for one.
 const AGREEMENT_SHARE: f64 = 0.3;
-/// Standard deviation that is added to an inertia learned before it was certain that friction holds
-/// the load, as a part of it. Tuned on drawn cells: with 1 and more, readings choose another inertia
-/// with a wrong gap; with none, a motor alone in the gap stays believed.
-const DOUBTED_SHARE: f64 = 0.3;
 /// Least inertia of a load, over that of the motor: no axis has less.
 pub(super) const LEAST_INERTIA: f64 = 0.1;
 /// Unknowns: inertia (over that of the motor), viscous friction (over rated torque at 100 rad/s),
@@ -275,12 +271,6 @@ impl LoadFilter {
         for (i, line) in self.covariance.iter_mut().enumerate().skip(1) {
             line[i] += RELEARN_SHARE * RELEARN_SHARE * PRIOR_DEVIATION[i] * PRIOR_DEVIATION[i];
         }
-    }
-
-    /// Opens the inertia; what is known of the rest stays.
-    pub(super) fn doubt_inertia(&mut self) {
-        let doubt = DOUBTED_SHARE * self.mean[0];
-        self.covariance[0][0] += doubt * doubt;
     }
 
     /// P row.

@@ -5,7 +5,10 @@ use super::load_filter::LEAST_INERTIA;
 use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
-use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE, counts};
+use super::{
+    Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE,
+    NEGLIGIBLE_HALF_GAP_RAD, counts,
+};
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{GapReading, Learned, Learning, ReadingVerdict};
@@ -31,15 +34,13 @@ impl Adaptive {
         } else {
             Readings::default()
         };
-        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= self.negligible;
+        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= NEGLIGIBLE_HALF_GAP_RAD;
         AdaptiveState {
             crossing: self.crossing.initial(motor_position, &load),
             learning: LearningState::known(&load, &learned.covariance(), inertia, rated),
             load,
             watch: Watch::default(),
             reading: None,
-            worked: 0,
-            rest: 0,
             last: None,
             used: gap.used(),
             gap,
@@ -60,7 +61,7 @@ impl Adaptive {
             half_gap_deviation_rad: if is_read {
                 state.gap.variance.max(0.0).sqrt()
             } else if is_nil {
-                0.5 * self.negligible
+                0.5 * NEGLIGIBLE_HALF_GAP_RAD
             } else {
                 0.0
             },

@@ -151,15 +151,6 @@ const CLEAR_DOUBT: f64 = 0.03;
 /// Largest misfit of a reading that counts alone: it may be off by a tenth, which is better than no
 /// compensation.
 const ALONE_MISFIT: f64 = 20.0;
-/// Readings that agree from which on the gap is settled. A choice: most of those that are kept; the
-/// first are off while the load is not known well.
-const SETTLED_READINGS: u32 = 6;
-/// Largest standard deviation of a settled gap, part of its value. A choice: what is left of the
-/// error is below what the flank's prediction leaves.
-const SETTLED_DOUBT: f64 = 0.01;
-/// Ticks without a reading for each tick of the last one, once the gap is settled: a gap wears over
-/// hours, and readings are most of what this compensator computes. A choice.
-const SETTLED_REST: u32 = 15;
 /// Largest standard deviation of the inertia, part of its value, with which a window over a
 /// wavering flank can be read. A choice: the way of the load while it was loose is uncertain by
 /// about as much.
@@ -174,8 +165,6 @@ pub struct Adaptive {
     known: Known,
     motor: Motor,
     motor_coulomb: f64,
-    /// Half gap that need not be compensated for others to be, rad.
-    negligible: f64,
     /// What it starts from.
     remembered: Option<Learned>,
 }
@@ -188,9 +177,6 @@ pub struct AdaptiveState {
     learning: LearningState,
     watch: Watch,
     reading: Option<Reading>,
-    /// Ticks that the reading under way has taken, and ticks until the next one may begin.
-    worked: u32,
-    rest: u32,
     /// The last reading, for traces.
     last: Option<GapReading>,
     gap: Readings,
@@ -267,8 +253,6 @@ impl Registered for Adaptive {
                 noise,
             },
             motor_coulomb: config.motor.coulomb_nm,
-            // below half a count the encoder does not show whether there is a gap
-            negligible: NEGLIGIBLE_HALF_GAP_RAD.max(0.5 * count),
             remembered: config.compensation.learned.map(|memory| memory.learned),
         }
     }
@@ -277,7 +261,7 @@ impl Registered for Adaptive {
 impl Adaptive {
     /// Starts to read a window, unless another one is being read or the load is unknown.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
-        if !state.learning.known || state.reading.is_some() || state.rest > 0 {
+        if !state.learning.known || state.reading.is_some() {
             return;
         }
         let prior = Prior {
@@ -300,10 +284,6 @@ impl Adaptive {
 
     /// Continues the reading; its result joins the others.
     fn read(&self, state: &mut AdaptiveState) {
-        state.rest = state.rest.saturating_sub(1);
-        if state.reading.is_some() {
-            state.worked += 1;
-        }
         let Some(said) = state
             .reading
             .as_mut()
@@ -345,14 +325,9 @@ impl Adaptive {
             state.gap.hint(said.half_gap);
         }
         if said.evidence > LEAST_EVIDENCE && said.misfit < LARGEST_MISFIT && !said.wavered {
-            state.trust.nil = said.half_gap + 2.0 * said.variance.sqrt() < self.negligible;
+            state.trust.nil = said.half_gap + 2.0 * said.variance.sqrt() < NEGLIGIBLE_HALF_GAP_RAD;
         }
         state.used = state.gap.used();
-        let worked = std::mem::take(&mut state.worked);
-        let doubt = SETTLED_DOUBT * state.gap.value;
-        if state.gap.count >= SETTLED_READINGS && state.gap.variance < doubt * doubt {
-            state.rest = SETTLED_REST * worked;
-        }
     }
 }
 
@@ -400,8 +375,6 @@ impl Compensator for Adaptive {
             learning: LearningState::new(),
             watch: Watch::default(),
             reading: None,
-            worked: 0,
-            rest: 0,
             last: None,
             gap: Readings::default(),
             used: 0.0,

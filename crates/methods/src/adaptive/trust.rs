@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 /// Coulomb friction from which on it holds a load, part of the rated torque. Tuned on drawn cells:
 /// loads with 0.6 % and more were helped there.
-pub(super) const HOLDING_SHARE: f64 = 0.005;
+const HOLDING_SHARE: f64 = 0.005;
 
 /// Whether the gap of an axis is used, by itself and beside the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
