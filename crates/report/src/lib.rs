@@ -1,5 +1,5 @@
-//! Results for people and for other programs: terminal tables, JSON, CSV, SVG, and files that
-//! appear complete or not at all.
+//! Results for people and for other programs: terminal tables, JSON, CSV, SVG, a page for a browser,
+//! and files that appear complete or not at all.
 //!
 //! Everything here is made from the data types of `lostmotion-sim`, `lostmotion-plan` and
 //! `lostmotion-drive`. Writers take any [`std::io::Write`]; only [`atomic`] touches the file system.
@@ -11,6 +11,7 @@ pub mod error;
 pub mod findings;
 pub mod json;
 pub mod number;
+pub mod page;
 pub mod svg;
 pub mod text;
 

@@ -1,16 +1,17 @@
 //! What a run shows and writes while it goes on.
 
 use crate::options::{number, whole};
-use crate::output::{Failure, Progress, create_folder};
+use crate::output::{Failure, Progress, create, create_folder};
 use clap::Args;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::{
     BlockWriter, ContourWriter, MotorWriter, ReversalWriter, TraceRange,
 };
+use lostmotion::report::page::{PageRecorder, page};
 use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
 use lostmotion::report::{WriteError, number};
-use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult};
-use lostmotion::sim::{ContourPoint, MotorPoint, Observer};
+use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult, Run};
+use lostmotion::sim::{ContourPoint, Machine, MotorPoint, Observer, Program};
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -94,7 +95,13 @@ pub(crate) struct Record {
     methods: Vec<String>,
     progress: Progress,
     files: Option<RunFiles>,
+    /// What a page shows, if one is written, and its own file, if it has one.
+    page: Option<PageRecorder>,
+    html: Option<AtomicFile>,
 }
+
+/// Name of the page in a folder of results.
+const PAGE_NAME: &str = "page.html";
 
 fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
     |error| WriteError::io("write into", folder.path(), error).into()
@@ -164,10 +171,11 @@ impl RunFiles {
 }
 
 impl Record {
-    /// Starts watching a run of these methods; `out` is the folder for files, `trace` what is
-    /// written of every servo tick.
+    /// Starts watching a run of these methods; `out` is the folder for files, `html` the page,
+    /// `trace` what is written of every servo tick.
     pub(crate) fn new(
         out: Option<&Path>,
+        html: Option<&Path>,
         trace: &Trace,
         methods: &[String],
         quiet: bool,
@@ -179,20 +187,38 @@ impl Record {
         let files = out
             .map(|path| RunFiles::new(path, methods.len(), trace))
             .transpose()?;
+        let html = html.map(create).transpose()?;
+        let with_page = files.is_some() || html.is_some();
         Ok(Record {
             methods: methods.to_vec(),
             progress: Progress::new(quiet),
             files,
+            page: with_page.then(|| PageRecorder::new(methods.len())),
+            html,
         })
     }
 
-    /// Writes the answer and the picture, and gives all files their names. Without `--out` this
-    /// does nothing.
+    /// Writes the answer, the picture and the page, and gives all files their names. Without
+    /// `--out` and `--html` this does nothing.
     pub(crate) fn finish(mut self, answer: &Answer<'_>) -> Result<(), Failure> {
         self.progress.finish();
+        let page = self
+            .page
+            .map(|recorder| page(answer.run, answer.machine, answer.program, recorder))
+            .transpose()
+            .map_err(|error| {
+                Failure::message(format!("cannot read {}: {error}", answer.program.name()))
+            })?
+            .unwrap_or_default();
+        if let Some(mut file) = self.html {
+            let written = file.write_all(page.as_bytes());
+            written.map_err(|error| WriteError::io("write", file.path(), error))?;
+            file.commit()?;
+        }
         let Some(mut files) = self.files else {
             return Ok(());
         };
+        let run = answer.run;
         // Told now and not where it happened, since an observer cannot stop the run.
         if let Some(error) = files.failed {
             return Err(io_error(&files.folder)(error));
@@ -201,22 +227,23 @@ impl Record {
         let traces: Vec<ContourTrace> = files
             .traces
             .into_iter()
-            .zip(answer.results)
+            .zip(&run.results)
             .map(|(trace, result)| trace.finish(&result.method, &caption(result)))
             .collect();
         let picture = ContourPicture {
-            title: format!("Contour error of {}", file_name(answer.program)),
+            title: format!("Contour error of {}", file_name(&run.program.name)),
             subtitle: format!(
                 "{}, {} of machine time",
-                answer.machine,
-                number::duration(answer.duration_s)
+                run.machine,
+                number::duration(run.plan.duration_s)
             ),
-            tolerance_um: Some(answer.tolerance_um),
+            tolerance_um: Some(run.tolerance_um),
             plane: None,
         };
         let svg = contour(&picture, &traces);
         let texts = [
             ("contour.svg", &svg),
+            (PAGE_NAME, &page),
             (answer.json_name, answer.json),
             (answer.text_name, answer.text),
         ];
@@ -241,16 +268,12 @@ impl Record {
 
 /// What goes into the folder besides the tables.
 pub(crate) struct Answer<'a> {
-    /// Name of the program.
-    pub(crate) program: &'a str,
-    /// Name of the machine.
-    pub(crate) machine: &'a str,
-    /// Length of the program, s.
-    pub(crate) duration_s: f64,
-    /// Tolerance, um.
-    pub(crate) tolerance_um: f64,
-    /// A result a method.
-    pub(crate) results: &'a [MethodResult],
+    /// The program.
+    pub(crate) program: &'a Program,
+    /// The machine.
+    pub(crate) machine: &'a Machine,
+    /// The answer.
+    pub(crate) run: &'a Run,
     /// Name of the JSON file.
     pub(crate) json_name: &'a str,
     /// The answer as JSON.
@@ -303,22 +326,27 @@ impl Observer for Record {
     }
 
     fn wants_contour(&self) -> bool {
-        self.files.is_some()
+        self.files.is_some() || self.page.is_some()
     }
 
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
+        if let Some(page) = &mut self.page {
+            page.contour(method, points);
+        }
         if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
             files.contour(method, name, points);
         }
     }
 
     fn wants_motors(&self) -> bool {
-        self.files
-            .as_ref()
-            .is_some_and(|files| files.motors.is_some())
+        let files = self.files.as_ref();
+        self.page.is_some() || files.is_some_and(|files| files.motors.is_some())
     }
 
     fn motors(&mut self, method: usize, points: &[MotorPoint]) {
+        if let Some(page) = &mut self.page {
+            page.motors(method, points);
+        }
         let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) else {
             return;
         };

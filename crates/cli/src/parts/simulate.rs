@@ -10,14 +10,14 @@ use crate::options::part::OnMachine;
 use crate::options::{
     Format, Interventions, Names, Quality, methods, number, show, threads, whole,
 };
-use crate::output::{DONE, FOUND, Failure, remark};
+use crate::output::{DONE, FOUND, Failure, refuse_input, refuse_inputs, remark};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
 use lostmotion::report::text;
 use lostmotion::report::text::TextOptions;
 use lostmotion::sim::control::{Control, UnknownControl};
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What `simulate` and `compare` share.
@@ -56,9 +56,12 @@ pub(crate) struct Run {
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
-    /// Folder for result, tables and picture; made if it does not exist
+    /// Folder for result, tables, picture and page; made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Also write the result as a page for a browser, one file that needs no network
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) html: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trace: Trace,
     /// Tell the methods that may know it the gap of an axis, from a result of `axis fit`
@@ -156,6 +159,12 @@ fn prepare(run: &Run, quiet: bool) -> Result<(Program, Machine, SimulateOptions)
             "--sensitivity is {percent}; it has to be from 0 to 95"
         )));
     }
+    if let Some(html) = &run.html {
+        refuse_input(html, &run.on.part, "part program")?;
+        refuse_inputs(html, run.on.setup.on.inputs())?;
+        let fits = run.fitted.iter().filter_map(|fit| fit.split_once('='));
+        refuse_inputs(html, fits.map(|(_, file)| (Path::new(file), "fit result")))?;
+    }
     let learned = run.learning.of_machine(&machine, quiet)?;
     let options = SimulateOptions {
         learned: learned.map(Arc::new),
@@ -243,12 +252,20 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let methods = std::slice::from_ref(&label);
     run.learning.check(&methods_of(method, &machine))?;
     // The folder is made first: a wrong one must not cost the run.
-    let mut record = Record::new(run.out.as_deref(), &run.trace, methods, voice.quiet)?;
-    let simulation = simulation
+    let mut record = Record::new(
+        run.out.as_deref(),
+        run.html.as_deref(),
+        &run.trace,
+        methods,
+        voice.quiet,
+    )?;
+    let answer = simulation
         .options(options.clone())
         .observer(&mut record)
         .run()
-        .map_err(|error| failure(&program, &error, voice))?
+        .map_err(|error| failure(&program, &error, voice))?;
+    let simulation = answer
+        .clone()
         .into_single()
         .ok_or_else(|| Failure::message("no method was run"))?;
     accepted(&program, &machine, &options, voice)?;
@@ -257,11 +274,9 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let json = to_json(&simulation)?;
     // Files get text without colour in full width; stdout gets what its terminal can show.
     record.finish(&Answer {
-        program: &simulation.program.name,
-        machine: &simulation.machine,
-        duration_s: simulation.plan.duration_s,
-        tolerance_um: simulation.tolerance_um,
-        results: std::slice::from_ref(&simulation.result),
+        program: &program,
+        machine: &machine,
+        run: &answer,
         json_name: "simulation.json",
         json: &json,
         text_name: "simulation.txt",
@@ -290,7 +305,13 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         .filter_map(|name| name.parse().ok())
         .collect();
     run.learning.check(&named)?;
-    let mut record = Record::new(run.out.as_deref(), &run.trace, &methods, voice.quiet)?;
+    let mut record = Record::new(
+        run.out.as_deref(),
+        run.html.as_deref(),
+        &run.trace,
+        &methods,
+        voice.quiet,
+    )?;
     let comparison = Simulation::new(&program, &machine)
         .methods(&methods)
         .options(options.clone())
@@ -305,11 +326,9 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     }
     let json = to_json(&comparison)?;
     record.finish(&Answer {
-        program: &comparison.program.name,
-        machine: &comparison.machine,
-        duration_s: comparison.plan.duration_s,
-        tolerance_um: comparison.tolerance_um,
-        results: &comparison.results,
+        program: &program,
+        machine: &machine,
+        run: &comparison,
         json_name: "comparison.json",
         json: &json,
         text_name: "comparison.txt",

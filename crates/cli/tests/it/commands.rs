@@ -78,6 +78,7 @@ fn results_of_a_run_go_into_a_folder_together() {
         "blocks.csv",
         "contour.csv",
         "contour.svg",
+        "page.html",
         "reversals.csv",
         "simulation.json",
         "simulation.txt",
@@ -95,6 +96,39 @@ fn results_of_a_run_go_into_a_folder_together() {
             .contains(">none</text>")
     );
     bench.refuses(&["simulate", "circle.ngc", "--trace"], &["--out"]);
+}
+
+#[test]
+fn a_page_is_one_file_and_no_input() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let run = ["simulate", "circle.ngc", "--tolerance-um", "1000"];
+    bench.expect(0, &[&run[..], &["--html", "page.html"]].concat());
+    let page = std::fs::read_to_string(bench.path("page.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>\n"));
+    assert!(page.contains("within tolerance") && page.contains("circle.ngc on "));
+    // Nothing is fetched: the only addresses are names of the SVG standard.
+    assert_eq!(
+        page.matches("http").count(),
+        page.matches("http://www.w3.org/2000/svg").count() + page.matches("http-equiv").count()
+    );
+    // In a folder it is the same.
+    let methods = ["--methods", "none,fixed"];
+    bench.expect(
+        0,
+        &[&run[..], &methods, &["--out", "out", "--html", "two.html"]].concat(),
+    );
+    let two = std::fs::read(bench.path("two.html")).unwrap();
+    assert!(two == std::fs::read(bench.path("out/page.html")).unwrap());
+    bench.refuses(
+        &[&run[..], &["--html", "circle.ngc"]].concat(),
+        &["part program"],
+    );
+    bench.refuses(&[&run[..], &["--html", "-"]].concat(), &["`-`"]);
+    assert_eq!(
+        std::fs::read_to_string(bench.path("circle.ngc")).unwrap(),
+        CIRCLE
+    );
 }
 
 #[test]
@@ -161,6 +195,7 @@ fn compare_has_a_row_a_method() {
             "comparison.json",
             "comparison.txt",
             "contour.svg",
+            "page.html",
             "reversals.csv"
         ]
     );

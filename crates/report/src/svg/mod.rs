@@ -10,5 +10,6 @@ mod series;
 mod trace;
 
 pub use contour::{ContourPicture, contour};
+pub(crate) use scale::round_down;
 pub use series::{Series, SeriesPicture, series};
 pub use trace::{ContourTrace, Plane, TracePoint, TraceRecorder};

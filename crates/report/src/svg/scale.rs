@@ -4,7 +4,7 @@ use lostmotion_base::math;
 
 /// The largest of 1, 2, 5 times a power of ten that is not above `value`; 0 unless it is positive
 /// and finite.
-pub(super) fn round_down(value: f64) -> f64 {
+pub(crate) fn round_down(value: f64) -> f64 {
     if !(value.is_finite() && value > 0.0) {
         return 0.0;
     }

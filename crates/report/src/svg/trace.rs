@@ -171,7 +171,11 @@ impl Plane {
             .map_or(0.0, |range| range.span())
         };
         // Without any point all extents are 0, and the plane is XY.
-        let [x, y, z] = [extent(0), extent(1), extent(2)];
+        Plane::of_extents([extent(0), extent(1), extent(2)])
+    }
+
+    /// The same by the extents along X, Y and Z.
+    pub(crate) fn of_extents([x, y, z]: [f64; 3]) -> Plane {
         // XY unless Z clearly is larger than one of them: milled parts are looked at from above.
         if z <= x.min(y) * 1.5 || (z <= x && z <= y) {
             Plane::Xy

@@ -139,7 +139,7 @@ fn recommendation(comparison: &Run, options: &TextOptions) -> String {
 }
 
 /// What the recommendation was tested with.
-fn tested(results: &[MethodResult]) -> String {
+pub(crate) fn tested(results: &[MethodResult]) -> String {
     let factors = results.iter().flat_map(|result| &result.misled);
     let share = factors
         .map(|run| run.misled.factor - 1.0)

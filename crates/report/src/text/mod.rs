@@ -11,7 +11,9 @@ mod table;
 mod time;
 
 pub use comparison::comparison;
+pub(crate) use comparison::tested;
 pub use parts::straightness;
+pub(crate) use parts::{stop_place, stop_reason};
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
 pub use time::time;
@@ -66,7 +68,7 @@ pub fn knowledge(knows: Knowledge) -> String {
 }
 
 /// The same for a method by its name; `?` for one that is not registered.
-fn needs(method: &str) -> String {
+pub(crate) fn needs(method: &str) -> String {
     // A run in code may have compensators that are registered nowhere.
     method.parse().map_or_else(
         |_| "?".to_owned(),

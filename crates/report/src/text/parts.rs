@@ -123,7 +123,7 @@ pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
 }
 
 /// Where the machine stops: `in line 14 at 3.218 s`.
-pub(super) fn stop_place(stop: &StopResult) -> String {
+pub(crate) fn stop_place(stop: &StopResult) -> String {
     format!(
         "in line {} at {} s",
         line(&stop.block),
@@ -132,7 +132,7 @@ pub(super) fn stop_place(stop: &StopResult) -> String {
 }
 
 /// Which limit was passed, by how much, and why.
-pub(super) fn stop_reason(stop: &StopResult) -> String {
+pub(crate) fn stop_reason(stop: &StopResult) -> String {
     let StopResult {
         unit,
         value,

@@ -14,6 +14,7 @@ mod common;
 mod csv;
 mod findings;
 mod json;
+mod page;
 mod svg;
 mod text;
 mod time;

@@ -1,0 +1,87 @@
+// Brings the parts together.
+readColors();
+const pick = (id, names, value) => {
+  $(id).replaceChildren(...names.map((name, k) => element("option", name, { value: k })));
+  $(id).value = value;
+};
+const options = $("colour").querySelectorAll("option");
+pick("method", data.methods.map((method) => method.name), chosen.method);
+if (data.methods.length < 2) $("methodpick").hidden = true;
+if (data.methods.length < 2 || !data.methods.some((method) => method.name === "none")) options[2].remove();
+const motors = data.methods[chosen.method] ? data.methods[chosen.method].motors : [];
+pick("axis", motors.map((motor) => motor.name), 0);
+pick("signal", data.signals.map((name) => name === "error" ? "following error" : name), 0);
+$("time").max = data.duration;
+
+function flights() {
+  const method = data.methods[chosen.method];
+  $("flights").replaceChildren(...method.worst.map((block) => {
+    const button = element("button", `${signed(block.um)} \u00b5m, line ${block.line}`, { type: "button", title: block.cause });
+    button.addEventListener("click", () => view ? view.fly(block.t) : choose({ time: block.t }, "fly"));
+    return button;
+  }));
+}
+function readout() {
+  const i = stretchAt(chosen.time), run = runOf(i), error = path.error[chosen.method];
+  $("clock").textContent = clock(chosen.time);
+  const text = $("readout").firstElementChild;
+  if (!run || !error) return;
+  text.hidden = false;
+  const file = run[0] ? data.files[run[0] - 1] + " " : "";
+  const what = path.kind[i] & 1 ? "rapid" : Number.isNaN(error[i]) ? "not reached" : `${signed(error[i])} \u00b5m`;
+  const place = [0, 1, 2].map((k) => "XYZ"[k] + path.at[3 * i + k].toFixed(3)).join(" ");
+  text.textContent = `${file}line ${run[1]}: ${what}, ${(60 * path.speed[i]).toFixed(0)} mm/min, ${place}`;
+}
+chosen.followers.push((change, from) => {
+  if ("method" in change) {
+    $("method").value = chosen.method;
+    flights();
+    source.rate();
+    if (view) view.lines();
+    plots.all();
+  }
+  if ("time" in change) {
+    if (from !== "slider") $("time").value = chosen.time;
+    plots.over();
+  }
+  source.follow();
+  readout();
+  if (view) view.draw();
+});
+
+$("method").addEventListener("change", (event) => choose({ method: Number(event.target.value) }));
+$("time").addEventListener("input", (event) => choose({ time: Number(event.target.value) }, "slider"));
+for (const id of ["axis", "signal"]) $(id).addEventListener("change", plots.signal);
+for (const link of document.querySelectorAll("a[data-t]")) link.addEventListener("click", (event) => {
+  event.preventDefault();
+  const time = Number(link.dataset.t);
+  if (view) view.fly(time); else choose({ time }, "fly");
+});
+if (data.methods.length && path.n > 1) {
+  $("plots").hidden = false;
+  if (view) {
+    $("view").hidden = false;
+    const still = $("still");
+    if (still) still.open = false;
+    for (const id of ["colour", "arrows", "times"]) $(id).addEventListener("change", view.lines);
+    $("rapids").addEventListener("change", view.draw);
+    $("fit").addEventListener("click", view.fit);
+    $("top").addEventListener("click", () => view.look(0, 0));
+    $("iso").addEventListener("click", () => view.look(-0.5, 0.9));
+    view.lines();
+    view.start();
+  }
+  flights();
+  source.rate();
+  readout();
+  $("time").value = chosen.time;
+  plots.all();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    readColors();
+    source.show();
+    if (view) view.lines();
+    plots.all();
+  });
+  addEventListener("beforeprint", () => { const still = $("still"); if (still) still.open = true; });
+}
+window.lostmotion = { data, path, chosen, choose, view, plots, ready: performance.now() };

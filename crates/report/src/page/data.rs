@@ -1,0 +1,424 @@
+//! The numbers of a page as JSON with packed arrays, and its texts so that no program can break out
+//! of them.
+
+use super::circles::FullCircle;
+use super::path::Path;
+use super::places::Place;
+use super::record::{Motor, Record, SIGNALS, Watched};
+use super::series::Envelope;
+use crate::number::round_to;
+use lostmotion_sim::Program;
+use lostmotion_sim::results::{BlockResult, MethodResult, ReversalResult, Run};
+use serde_json::{Value, json};
+use std::io::{self, BufRead};
+
+/// Longest line of the program that is shown, characters. A choice.
+const LONGEST_LINE: usize = 160;
+/// Most text of the program in a page, bytes: with the path and the series it stays below 5 MB.
+const MOST_SOURCE_BYTES: usize = 800_000;
+/// Lines that are shown around a worst block of a program that is too long to be shown whole.
+const LINES_AROUND: u32 = 200;
+/// Steps of a packed number on one side of 0: those of 16 bits, without the lowest, which stands for
+/// no value.
+const STEPS: f64 = 32_767.0;
+
+/// Longest text that is shown, characters: names and messages can be of any length. A choice.
+const LONGEST_TEXT: usize = 1_000;
+
+/// Text without what changes how others are shown: control characters, and those that turn the
+/// direction of writing.
+pub(super) fn clean(text: &str) -> String {
+    let shown = text.chars().take(LONGEST_TEXT).map(|c| match c {
+        '\t' | '\n' => ' ',
+        '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
+        c if c.is_control() => '\u{fffd}',
+        c => c,
+    });
+    shown.collect()
+}
+
+/// Text for HTML: markup loses its meaning, control characters their effect.
+pub(super) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in clean(text).chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// JSON for a `script` element: no `<` can end it, in whatever text it stands.
+pub(super) fn embedded(value: &Value) -> String {
+    let mut out = String::new();
+    for c in value.to_string().chars() {
+        match c {
+            '<' => out.push_str("\\u003c"),
+            '>' => out.push_str("\\u003e"),
+            '&' => out.push_str("\\u0026"),
+            '\u{2028}' => out.push_str("\\u2028"),
+            '\u{2029}' => out.push_str("\\u2029"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Bytes as text of 64 characters (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const CHARACTERS: [u8; 64] =
+        *b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let at = |index: usize| u32::from(three.get(index).copied().unwrap_or(0));
+        let bits = at(0) << 16 | at(1) << 8 | at(2);
+        for place in 0..4 {
+            out.push(if place > three.len() {
+                '='
+            } else {
+                char::from(CHARACTERS[(bits >> (18 - 6 * place) & 63) as usize])
+            });
+        }
+    }
+    out
+}
+
+/// Values as 16 bits each, with the value of a step.
+fn packed(values: impl Iterator<Item = f32> + Clone) -> Value {
+    let largest = values
+        .clone()
+        .filter(|value| value.is_finite())
+        .fold(0.0_f64, |most, value| most.max(f64::from(value.abs())));
+    let step = if largest > 0.0 { largest / STEPS } else { 1.0 };
+    let mut bytes = Vec::new();
+    for value in values {
+        let steps = if value.is_finite() {
+            (f64::from(value) / step).round().clamp(-STEPS, STEPS) as i16
+        } else {
+            i16::MIN
+        };
+        bytes.extend_from_slice(&steps.to_le_bytes());
+    }
+    json!({ "step": step, "b": base64(&bytes) })
+}
+
+/// Smallest and largest values of a signal, one after the other.
+fn ends(series: &Envelope, signal: usize) -> Value {
+    let of = |end: usize| packed(series.signal(signal).map(move |part| part[end]));
+    json!({ "low": of(0), "high": of(1) })
+}
+
+fn path(path: &Path) -> Value {
+    let stretches = &path.stretches;
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for stretch in stretches {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(stretch.from_mm[axis]);
+            high[axis] = high[axis].max(stretch.from_mm[axis]);
+        }
+    }
+    let step = [0, 1, 2].map(|axis| ((high[axis] - low[axis]) / 65_535.0).max(1e-9));
+    let (mut places, mut normals, mut times, mut kinds) = (vec![], vec![], vec![], vec![]);
+    // Below any servo cycle, and coarser only where 12 hours would not fit.
+    let end = stretches.last().map_or(0.0, |stretch| stretch.time_s);
+    let time_step = (end / f64::from(u32::MAX)).max(1e-5);
+    // Lines come in runs: file, line, and the stretch from which on.
+    let mut runs: Vec<[u64; 3]> = Vec::new();
+    for (index, stretch) in stretches.iter().enumerate() {
+        for axis in 0..3 {
+            let steps = (stretch.from_mm[axis] - low[axis]) / step[axis];
+            places.extend_from_slice(&(steps.round() as u16).to_le_bytes());
+            normals.push((stretch.normal[axis] * 127.0).round() as i8 as u8);
+        }
+        times.extend_from_slice(&((stretch.time_s / time_step).round() as u32).to_le_bytes());
+        kinds.push(u8::from(stretch.rapid) | u8::from(stretch.broken) << 1);
+        let at = [u64::from(stretch.file), u64::from(stretch.line)];
+        if runs.last().is_none_or(|run| run[..2] != at) {
+            runs.push([at[0], at[1], index as u64]);
+        }
+    }
+    // As differences: mostly 0, 1 and a small number.
+    let mut last = [0_u64; 3];
+    let runs: Vec<i64> = runs
+        .into_iter()
+        .flat_map(|run| {
+            let change = [0, 1, 2].map(|of| run[of] as i64 - last[of] as i64);
+            last = run;
+            change
+        })
+        .collect();
+    json!({
+        "n": stretches.len(),
+        "low": if stretches.is_empty() { [0.0; 3] } else { low },
+        "step": step,
+        "at": base64(&places),
+        "normal": base64(&normals),
+        "t": base64(&times),
+        "time_step": time_step,
+        "kind": base64(&kinds),
+        "speed": packed((0..stretches.len()).map(|index| path.speed_mm_s(index))),
+        "lines": runs,
+        "error": path.peaks.iter().map(|peaks| packed(peaks.iter().copied())).collect::<Vec<_>>(),
+    })
+}
+
+fn block(block: &BlockResult) -> Value {
+    let um = |value: f64| round_to(value, 3);
+    json!({
+        "file": block.block.span.file,
+        "line": block.block.span.line,
+        "text": clean(&block.text),
+        "t": round_to(block.time_s, 5),
+        "um": um(block.max_um),
+        "rms": um(block.rms_um),
+        "parts": [um(block.parts_um.command), um(block.parts_um.servo), um(block.parts_um.backlash)],
+        "cause": block.cause.to_string(),
+        "at": block.at_mm.map(|c| round_to(c, 4)),
+        "rapid": block.rapid,
+    })
+}
+
+fn reversal(reversal: &ReversalResult) -> Value {
+    json!({
+        "axis": reversal.axis.letter().to_string(),
+        "t": round_to(reversal.time_s, 5),
+        "line": reversal.block.span.line,
+        "file": reversal.block.span.file,
+        "to": reversal.direction,
+        "um": round_to(reversal.peak_um, 3),
+    })
+}
+
+fn circle(circle: &FullCircle) -> Value {
+    let um = |value: f64| round_to(value, 3);
+    let of = |end: usize| packed(circle.radial_um.iter().map(move |part| part[end]));
+    json!({
+        "line": circle.line,
+        "t": round_to(circle.time_s, 5),
+        "axes": plane_letters(circle),
+        "center": circle.center_mm.map(|c| round_to(c, 4)),
+        "r": round_to(circle.radius_mm, 4),
+        "ccw": circle.counterclockwise,
+        "low": of(0),
+        "high": of(1),
+        "g": um(circle.g_um),
+        "f": circle.f_um.map(um),
+        "h": circle.h_um.map(um),
+    })
+}
+
+/// The letters of a circle's plane.
+pub(super) fn plane_letters(circle: &FullCircle) -> [&'static str; 2] {
+    let [one, two, _] = circle.plane.axes();
+    [one, two].map(|axis| ["X", "Y", "Z"][axis])
+}
+
+fn place(place: &Place) -> Value {
+    let near = || place.near.iter();
+    json!({
+        "line": place.block.span.line,
+        "t": round_to(place.time_s, 5),
+        "from": near().next().map(|near| round_to(near.time_s, 5)),
+        "error": packed(near().map(|near| near.error_um)),
+    })
+}
+
+fn motor(motor: &Motor) -> Value {
+    let series = &motor.series;
+    let signals = (0..SIGNALS.len()).map(|signal| ends(series, signal));
+    json!({
+        "name": format!("{}{}", motor.axis.letter(), if motor.second { "2" } else { "" }),
+        "unit": motor.unit.symbol(),
+        "n": series.len(),
+        "ticks": series.ticks(),
+        "signals": signals.collect::<Vec<_>>(),
+    })
+}
+
+fn method(result: &MethodResult, watched: &Watched) -> Value {
+    let histogram = &watched.histogram;
+    let cutting = &result.cutting;
+    let percentiles = [cutting.p50, cutting.p95, cutting.p99, cutting.p999];
+    json!({
+        "name": clean(&result.method),
+        "max": round_to(result.cutting.max, 3),
+        "within": result.within_tolerance,
+        "percentiles": percentiles.map(|um| round_to(um, 3)),
+        "rms": round_to(result.cutting.rms, 3),
+        "worst": result.worst_blocks.iter().map(block).collect::<Vec<_>>(),
+        "reversals": result.reversals.iter().map(reversal).collect::<Vec<_>>(),
+        "places": watched.places.iter().map(place).collect::<Vec<_>>(),
+        "circles": watched.circles.iter().map(circle).collect::<Vec<_>>(),
+        "error": {
+            "n": watched.error.len(),
+            "ticks": watched.error.ticks(),
+            "ends": ends(&watched.error, 0),
+        },
+        "histogram": { "width": histogram.width_um, "counts": histogram.counts },
+        "motors": watched.motors.iter().map(motor).collect::<Vec<_>>(),
+    })
+}
+
+/// Everything that the scripts of a page draw.
+pub(super) fn data(run: &Run, record: &Record, main: usize, source: &[Lines]) -> Value {
+    let methods = run.results.iter().zip(&record.methods);
+    json!({
+        "format": 1,
+        "program": clean(&run.program.name),
+        "tolerance": run.tolerance_um,
+        "duration": round_to(run.plan.duration_s, 4),
+        "tick": record.tick_s,
+        "main": main,
+        "signals": SIGNALS,
+        "methods": methods.map(|(result, watched)| method(result, watched)).collect::<Vec<_>>(),
+        "path": path(&record.path),
+        "files": run.program.files.iter().map(|name| clean(name)).collect::<Vec<_>>(),
+        "lines": run.program.lines,
+        "source": source.iter().map(|lines| json!([lines.from, lines.text])).collect::<Vec<_>>(),
+    })
+}
+
+/// Lines of the program next to each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Lines {
+    /// Number of the first.
+    pub(super) from: u32,
+    /// The lines, joined by line feeds.
+    pub(super) text: String,
+}
+
+/// The text of a program, or of one that is too long its beginning and what lies around the worst
+/// blocks.
+///
+/// # Errors
+/// The program cannot be read any more.
+pub(super) fn source(program: &Program, run: &Run) -> io::Result<Vec<Lines>> {
+    let mut reader = program.open()?;
+    let whole = run.program.bytes <= MOST_SOURCE_BYTES as u64;
+    // Half of the room for the beginning, the rest for the surroundings of worst blocks.
+    let beginning = if whole {
+        usize::MAX
+    } else {
+        MOST_SOURCE_BYTES / 2
+    };
+    let worst = |line: u32| {
+        let blocks = run.results.iter().flat_map(|result| &result.worst_blocks);
+        let mut blocks = blocks.filter(|block| block.block.span.file == 0);
+        blocks.any(|block| block.block.span.line.abs_diff(line) <= LINES_AROUND)
+    };
+    let (mut chunks, mut used): (Vec<Lines>, usize) = (Vec::new(), 0);
+    let (mut number, mut next) = (0, 1);
+    while let Some(line) = short_line(&mut reader)? {
+        number += 1;
+        let wanted = used + line.len() < beginning || worst(number);
+        // A line takes a few more bytes in JSON.
+        if !wanted || used + line.len() + 8 > MOST_SOURCE_BYTES {
+            continue;
+        }
+        used += line.len() + 8;
+        match chunks.last_mut() {
+            Some(chunk) if next == number => {
+                chunk.text.push('\n');
+                chunk.text.push_str(&line);
+            }
+            _ => chunks.push(Lines {
+                from: number,
+                text: line,
+            }),
+        }
+        next = number + 1;
+    }
+    Ok(chunks)
+}
+
+/// The next line, cut; `None` at the end. A line of any length takes little memory.
+fn short_line(reader: &mut dyn BufRead) -> io::Result<Option<String>> {
+    let (mut kept, mut length) = (Vec::new(), 0_usize);
+    loop {
+        let buffer = reader.fill_buf()?;
+        if buffer.is_empty() {
+            if length == 0 {
+                return Ok(None);
+            }
+            break;
+        }
+        let end = buffer.iter().position(|byte| *byte == b'\n');
+        let part = buffer
+            .get(..end.unwrap_or(buffer.len()))
+            .unwrap_or_default();
+        let room = (4 * LONGEST_LINE).saturating_sub(kept.len());
+        kept.extend_from_slice(part.get(..part.len().min(room)).unwrap_or_default());
+        length += part.len() + usize::from(end.is_some());
+        let used = part.len() + usize::from(end.is_some());
+        reader.consume(used);
+        if end.is_some() {
+            break;
+        }
+    }
+    let text = String::from_utf8_lossy(&kept);
+    let text = text.trim_end_matches('\r');
+    let mut line: String = text.chars().take(LONGEST_LINE).collect();
+    if line.len() < text.len() || length > kept.len() + 2 {
+        line.push('\u{2026}');
+    }
+    Ok(Some(clean(&line)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_the_standard() {
+        // RFC 4648, section 10.
+        for (text, expected) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            assert_eq!(base64(text.as_bytes()), expected);
+        }
+    }
+
+    #[test]
+    fn texts_stay_texts() {
+        let text = "<b>&\"'</script>\u{2028}";
+        assert_eq!(
+            embedded(&json!([text]))
+                .matches(['<', '>', '&', '\u{2028}'])
+                .count(),
+            0
+        );
+        let read: Value = serde_json::from_str(&embedded(&json!([text]))).unwrap();
+        assert_eq!(read, json!([text]));
+        assert_eq!(escape(text).matches(['<', '>', '"', '\'']).count(), 0);
+    }
+
+    #[test]
+    fn long_lines_are_cut_and_counted_as_one() {
+        let text = format!("G1\r\n{}\n\nM2", "X".repeat(100_000));
+        let mut reader = io::BufReader::with_capacity(16, text.as_bytes());
+        let mut lines = Vec::new();
+        while let Some(line) = short_line(&mut reader).unwrap() {
+            lines.push(line);
+        }
+        assert_eq!(lines.len(), 4);
+        assert_eq!(
+            (lines[0].as_str(), lines[2].as_str(), lines[3].as_str()),
+            ("G1", "", "M2")
+        );
+        assert!(
+            lines[1].starts_with("XXX") && lines[1].ends_with('\u{2026}') && lines[1].len() < 200
+        );
+    }
+}

@@ -1,0 +1,345 @@
+//! The path of the tool for a page: stretches of the command, each with the largest error of every
+//! method on it, in bounded memory for programs of any length.
+
+use lostmotion_sim::ContourPoint;
+
+/// A jump of the commanded tip within one servo tick that no machine makes, mm: the zero of the
+/// program has changed. A choice: 20 m/s at 4 kHz.
+const JUMP_MM: f64 = 5.0;
+/// Group size from which on stretches are joined across anything: nothing else is left to join.
+const LAST_RESORT_TICKS: u64 = 1 << 24;
+/// Most stretches that are looked back on when a straight line is drawn through them. A choice that
+/// bounds the work.
+const LONGEST_LOOK_BACK: usize = 64;
+
+/// A stretch of the path: from its place to that of the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    /// Running number of its first tick among those at which anything moves.
+    pub(super) tick: u64,
+    /// Time of that tick, s.
+    pub(super) time_s: f64,
+    /// Commanded tip then, from the program's zero, mm.
+    pub(super) from_mm: [f32; 3],
+    /// Direction in which the error counts positive.
+    pub(super) normal: [f32; 3],
+    /// Length of the command's way, mm.
+    pub(super) length_mm: f32,
+    /// File of the block, 0 for the program itself.
+    pub(super) file: u32,
+    /// Line of the block.
+    pub(super) line: u32,
+    /// Whether it is part of a G0 move.
+    pub(super) rapid: bool,
+    /// Whether no line leads to it from the stretch before.
+    pub(super) broken: bool,
+}
+
+/// Where a method is in the list of stretches.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cursor {
+    seen: u64,
+    stretch: usize,
+}
+
+/// The path that all methods share, and the error of each.
+#[derive(Clone, Debug)]
+pub(super) struct PathRecorder {
+    capacity: usize,
+    /// Most ticks of a stretch.
+    group: u64,
+    /// Ticks at which anything moves, of the method that came farthest.
+    seen: u64,
+    last_mm: [f64; 3],
+    /// Time of a tick, s; 0 until two are known.
+    tick_s: f64,
+    last_s: f64,
+    stretches: Vec<Stretch>,
+    /// For each method the signed error of largest magnitude on every stretch, um.
+    peaks: Vec<Vec<f32>>,
+    cursors: Vec<Cursor>,
+}
+
+impl PathRecorder {
+    /// For this many methods, holding at most `2 * capacity` stretches.
+    pub(super) fn new(methods: usize, capacity: usize) -> PathRecorder {
+        PathRecorder {
+            capacity: capacity.max(16),
+            group: 1,
+            seen: 0,
+            last_mm: [0.0; 3],
+            tick_s: 0.0,
+            last_s: f64::NEG_INFINITY,
+            stretches: Vec::new(),
+            peaks: vec![Vec::new(); methods],
+            cursors: vec![Cursor::default(); methods],
+        }
+    }
+
+    /// Takes a servo tick of a method.
+    pub(super) fn push(&mut self, method: usize, point: &ContourPoint) {
+        let Some(Cursor { seen, .. }) = self.cursors.get(method).copied() else {
+            return;
+        };
+        if !point.moving || !point.commanded_mm.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        // The command is the same for all methods: whoever is farthest draws the path.
+        if seen == self.seen {
+            self.extend(point);
+        }
+        let Some(cursor) = self.cursors.get_mut(method) else {
+            return;
+        };
+        while self
+            .stretches
+            .get(cursor.stretch + 1)
+            .is_some_and(|next| next.tick <= cursor.seen)
+        {
+            cursor.stretch += 1;
+        }
+        cursor.seen += 1;
+        let peak = self
+            .peaks
+            .get_mut(method)
+            .and_then(|peaks| peaks.get_mut(cursor.stretch));
+        let error = point.error_um as f32;
+        if let Some(peak) = peak
+            && error.abs() > peak.abs()
+        {
+            *peak = error;
+        }
+    }
+
+    /// Goes on along the command by one tick.
+    fn extend(&mut self, point: &ContourPoint) {
+        let at = point.commanded_mm;
+        let way = [0, 1, 2].map(|axis| at[axis] - self.last_mm[axis]);
+        let way = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
+        let broken = self.stretches.is_empty() || way > JUMP_MM;
+        if !broken {
+            let step = point.time_s - self.last_s;
+            if step > 0.0 && (self.tick_s <= 0.0 || step < self.tick_s) {
+                self.tick_s = step;
+            }
+        }
+        let (file, line) = (point.block.span.file, point.block.span.line);
+        let goes_on = |last: &Stretch| {
+            !broken
+                && last.rapid == point.rapid
+                && (last.file, last.line) == (file, line)
+                && self.seen - last.tick < self.group
+        };
+        match self.stretches.last_mut() {
+            // The way to this tick belongs to the stretch before, whether it ends here or not.
+            Some(last) if !broken => last.length_mm += way as f32,
+            _ => {}
+        }
+        if !self.stretches.last().is_some_and(goes_on) {
+            if self.stretches.len() >= 2 * self.capacity {
+                self.shrink(self.capacity);
+            }
+            self.stretches.push(Stretch {
+                tick: self.seen,
+                time_s: point.time_s,
+                from_mm: at.map(|c| c as f32),
+                normal: point.normal.map(|c| c as f32),
+                length_mm: 0.0,
+                file,
+                line,
+                rapid: point.rapid,
+                broken,
+            });
+            for peaks in &mut self.peaks {
+                peaks.push(0.0);
+            }
+        }
+        self.last_mm = at;
+        self.last_s = point.time_s;
+        self.seen += 1;
+    }
+
+    /// Joins neighbours until at most `limit` stretches are left. The largest error of each stays.
+    fn shrink(&mut self, limit: usize) {
+        while self.stretches.len() > limit.max(2) && self.group < u64::MAX / 4 {
+            self.group *= 2;
+            let group = self.group;
+            // Blocks stay apart as long as they are long enough to be seen.
+            self.join(|first, next, _, end| {
+                let ticks = end - first.tick;
+                let same = (first.file, first.line) == (next.file, next.line);
+                group > LAST_RESORT_TICKS
+                    || (!next.broken
+                        && first.rapid == next.rapid
+                        && ticks <= group
+                        && (same || ticks <= group / 4))
+            });
+        }
+    }
+
+    /// Joins a stretch with those after it as long as `may` says so of the first one, the next one,
+    /// its index, and the tick at which it ends.
+    fn join(&mut self, mut may: impl FnMut(&Stretch, &Stretch, usize, u64) -> bool) {
+        let mut into = Vec::with_capacity(self.stretches.len());
+        let mut kept: Vec<Stretch> = Vec::with_capacity(self.stretches.len());
+        for (index, stretch) in self.stretches.iter().enumerate() {
+            let end = self
+                .stretches
+                .get(index + 1)
+                .map_or(self.seen, |next| next.tick);
+            match kept.last_mut() {
+                Some(last) if may(last, stretch, index, end) => last.length_mm += stretch.length_mm,
+                _ => kept.push(*stretch),
+            }
+            into.push(kept.len() - 1);
+        }
+        for peaks in &mut self.peaks {
+            let mut joined = vec![0.0_f32; kept.len()];
+            for (peak, into) in peaks.iter().zip(&into) {
+                if let Some(joined) = joined.get_mut(*into)
+                    && peak.abs() > joined.abs()
+                {
+                    *joined = *peak;
+                }
+            }
+            *peaks = joined;
+        }
+        for cursor in &mut self.cursors {
+            cursor.stretch = into.get(cursor.stretch).copied().unwrap_or(0);
+        }
+        self.stretches = kept;
+    }
+
+    /// The path with at most `limit` stretches: straight ones on which no error changes by more
+    /// than `flat_um` become one, then neighbours are joined as far as it takes.
+    pub(super) fn finish(mut self, flat_um: f32, limit: usize) -> Path {
+        let places: Vec<[f32; 3]> = self.stretches.iter().map(|s| s.from_mm).collect();
+        let extent = extent_mm(&places);
+        // A fifth of a pixel of a screen of 4,000.
+        let near = extent * 5e-5;
+        let peaks = self.peaks.clone();
+        let mut first = 0;
+        self.join(|last, next, at, _| {
+            let range = |peaks: &Vec<f32>| {
+                let part = peaks.get(first..=at).unwrap_or_default();
+                let low = part.iter().copied().fold(f32::INFINITY, f32::min);
+                let high = part.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+                high - low <= flat_um
+            };
+            let end = places.get(at + 1).or(places.get(at));
+            let straight = || {
+                let (Some(from), Some(to)) = (places.get(first), end) else {
+                    return false;
+                };
+                places
+                    .get(first + 1..=at)
+                    .unwrap_or_default()
+                    .iter()
+                    .all(|place| off_line(place, from, to) <= near)
+            };
+            let joins = at - first < LONGEST_LOOK_BACK
+                && !next.broken
+                && last.rapid == next.rapid
+                && (last.file, last.line) == (next.file, next.line)
+                && peaks.iter().all(range)
+                && straight();
+            if !joins {
+                first = at;
+            }
+            joins
+        });
+        self.shrink(limit);
+        // What a method never came to, because the machine stops, has no error.
+        for (peaks, cursor) in self.peaks.iter_mut().zip(&self.cursors) {
+            for (peak, stretch) in peaks.iter_mut().zip(&self.stretches) {
+                if stretch.tick >= cursor.seen {
+                    *peak = f32::NAN;
+                }
+            }
+        }
+        // The end of the last stretch.
+        if let Some(last) = self.stretches.last().copied() {
+            self.stretches.push(Stretch {
+                tick: self.seen,
+                time_s: self.last_s,
+                from_mm: self.last_mm.map(|c| c as f32),
+                length_mm: 0.0,
+                broken: false,
+                ..last
+            });
+            for peaks in &mut self.peaks {
+                peaks.push(0.0);
+            }
+        }
+        Path {
+            tick_s: self.tick_s,
+            stretches: self.stretches,
+            peaks: self.peaks,
+        }
+    }
+}
+
+/// A path that is complete.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Path {
+    /// Time between two ticks, s.
+    tick_s: f64,
+    /// Its stretches, and behind them its end.
+    pub(super) stretches: Vec<Stretch>,
+    /// For each method the signed error of largest magnitude on every stretch, um.
+    pub(super) peaks: Vec<Vec<f32>>,
+}
+
+impl Path {
+    /// Mean speed on a stretch, mm/s.
+    pub(super) fn speed_mm_s(&self, index: usize) -> f32 {
+        let of = |index: usize| self.stretches.get(index);
+        let (Some(this), Some(next)) = (of(index), of(index + 1)) else {
+            return 0.0;
+        };
+        let seconds = (next.tick - this.tick) as f64 * self.tick_s;
+        if seconds > 0.0 {
+            this.length_mm / seconds as f32
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Largest extent of places along an axis, mm.
+fn extent_mm(places: &[[f32; 3]]) -> f32 {
+    (0..3)
+        .map(|axis| {
+            let along = || places.iter().map(|place| place[axis]);
+            along().fold(f32::NEG_INFINITY, f32::max) - along().fold(f32::INFINITY, f32::min)
+        })
+        .fold(0.0, f32::max)
+}
+
+/// Distance of a place from the line between two others.
+fn off_line(place: &[f32; 3], from: &[f32; 3], to: &[f32; 3]) -> f32 {
+    let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+    let off = [0, 1, 2].map(|axis| place[axis] - from[axis]);
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let square = dot(way, way);
+    let along = if square > 0.0 {
+        (dot(off, way) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let rest = [0, 1, 2].map(|axis| off[axis] - along * way[axis]);
+    dot(rest, rest).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_beyond_the_end_is_as_far_as_from_the_end() {
+        let [a, b] = [[0.0; 3], [10.0, 0.0, 0.0]];
+        assert!((off_line(&[5.0, 3.0, 4.0], &a, &b) - 5.0).abs() < 1e-6);
+        assert!((off_line(&[13.0, 0.0, 4.0], &a, &b) - 5.0).abs() < 1e-6);
+        assert!((off_line(&[3.0, 4.0, 0.0], &a, &a) - 5.0).abs() < 1e-6);
+    }
+}

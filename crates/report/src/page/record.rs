@@ -1,0 +1,217 @@
+//! What a page shows of a run, gathered while it goes on.
+
+use super::circles::{CircleRecorder, FullCircle};
+use super::path::{Path, PathRecorder};
+use super::places::{Place, PlaceRecorder};
+use super::series::{Envelope, Histogram};
+use lostmotion_base::AxisId;
+use lostmotion_drive::config::AxisUnit;
+use lostmotion_sim::{ContourPoint, MotorPoint, Observer};
+
+/// Stretches of the path that are held, twice as many just before they are joined. A choice: what
+/// fits a page of 5 MB.
+const MOST_STRETCHES: usize = 130_000;
+/// Parts of the time that a series has, twice as many just before they are joined. A choice: more
+/// than a screen has pixels across.
+const MOST_PARTS: usize = 2_000;
+/// Methods from which on all have to share the room of these many.
+const SHARED_METHODS: usize = 4;
+
+/// Signals of a motor, in the order of [`Motor::series`].
+pub(super) const SIGNALS: [&str; 7] = [
+    "error",
+    "current",
+    "torque",
+    "speed",
+    "lost motion",
+    "engagement",
+    "reference",
+];
+
+/// A motor's signals over time.
+#[derive(Clone, Debug)]
+pub(super) struct Motor {
+    pub(super) axis: AxisId,
+    pub(super) second: bool,
+    pub(super) unit: AxisUnit,
+    pub(super) series: Envelope,
+    /// Reference at the tick before.
+    last: Option<f64>,
+}
+
+/// What is kept of one method.
+#[derive(Clone, Debug)]
+struct Watch {
+    error: Envelope,
+    histogram: Histogram,
+    places: PlaceRecorder,
+    circles: CircleRecorder,
+    motors: Vec<Motor>,
+}
+
+/// Gathers what a page shows while a run goes on, in memory that does not grow with the program.
+///
+/// ```
+/// use lostmotion_report::page::{PageRecorder, page};
+/// use lostmotion_sim::{Machine, Program, Simulation};
+///
+/// let program = Program::from_str("arc.ngc", "G21 G90 G17\nG0 X9 Y0\nG3 I-9 F900\nM2\n");
+/// let machine = Machine::preset("vmc3")?;
+/// let mut recorder = PageRecorder::new(1);
+/// let run = Simulation::new(&program, &machine).observer(&mut recorder).run()?;
+/// let html = page(&run, &machine, &program, recorder)?;
+/// assert!(html.starts_with("<!DOCTYPE html>") && html.contains("within tolerance"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct PageRecorder {
+    path: PathRecorder,
+    methods: Vec<Watch>,
+    parts: usize,
+    /// Time between two ticks, s; 0 until two are known.
+    tick_s: f64,
+}
+
+impl PageRecorder {
+    /// For a run of this many methods.
+    pub fn new(methods: usize) -> PageRecorder {
+        // Many methods share the room of a few.
+        let share = methods.div_ceil(SHARED_METHODS).max(1);
+        let parts = MOST_PARTS / share;
+        let watch = Watch {
+            error: Envelope::new(1, parts),
+            histogram: Histogram::default(),
+            places: PlaceRecorder::default(),
+            circles: CircleRecorder::default(),
+            motors: Vec::new(),
+        };
+        PageRecorder {
+            path: PathRecorder::new(methods, MOST_STRETCHES),
+            methods: vec![watch; methods],
+            parts,
+            tick_s: 0.0,
+        }
+    }
+
+    /// What was gathered: errors that differ by less than `flat_um` look alike, and the path has at
+    /// most `stretches` of them.
+    pub(super) fn finish(self, flat_um: f64, stretches: usize) -> Record {
+        let tick_s = self.tick_s;
+        Record {
+            path: self.path.finish(flat_um as f32, stretches),
+            tick_s,
+            methods: self
+                .methods
+                .into_iter()
+                .map(|mut watch| {
+                    watch.error.fit(self.parts);
+                    for motor in &mut watch.motors {
+                        motor.series.fit(self.parts);
+                    }
+                    Watched {
+                        error: watch.error,
+                        histogram: watch.histogram,
+                        places: watch.places.finish(),
+                        circles: watch.circles.finish(),
+                        motors: watch.motors,
+                    }
+                })
+                .collect(),
+        }
+    }
+}
+
+/// What was gathered of a run.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    pub(super) path: Path,
+    /// Time between two ticks, s.
+    pub(super) tick_s: f64,
+    pub(super) methods: Vec<Watched>,
+}
+
+/// What was gathered of one method.
+#[derive(Clone, Debug)]
+pub(super) struct Watched {
+    pub(super) error: Envelope,
+    pub(super) histogram: Histogram,
+    pub(super) places: Vec<Place>,
+    pub(super) circles: Vec<FullCircle>,
+    pub(super) motors: Vec<Motor>,
+}
+
+impl Observer for PageRecorder {
+    fn wants_contour(&self) -> bool {
+        true
+    }
+
+    fn contour(&mut self, method: usize, points: &[ContourPoint]) {
+        for point in points {
+            self.path.push(method, point);
+        }
+        if let [first, second, ..] = points
+            && self.tick_s <= 0.0
+        {
+            self.tick_s = second.time_s - first.time_s;
+        }
+        let Some(watch) = self.methods.get_mut(method) else {
+            return;
+        };
+        for point in points {
+            let cuts = point.moving && !point.rapid;
+            let error = if cuts { point.error_um } else { f64::NAN };
+            watch.error.push(std::iter::once(error as f32));
+            watch.histogram.push(error);
+            watch.places.push(point);
+            watch.circles.push(point);
+        }
+    }
+
+    fn wants_motors(&self) -> bool {
+        true
+    }
+
+    fn motors(&mut self, method: usize, points: &[MotorPoint]) {
+        let (parts, tick_s) = (self.parts, self.tick_s);
+        let Some(watch) = self.methods.get_mut(method) else {
+            return;
+        };
+        if watch.motors.is_empty() {
+            // The first tick tells which motors there are.
+            let first = points.first().map(|point| point.time_s.to_bits());
+            let tick = points
+                .iter()
+                .take_while(|point| Some(point.time_s.to_bits()) == first);
+            watch.motors = tick
+                .map(|point| Motor {
+                    axis: point.axis,
+                    second: point.second,
+                    unit: point.unit,
+                    series: Envelope::new(SIGNALS.len(), parts),
+                    last: None,
+                })
+                .collect();
+        }
+        let count = watch.motors.len().max(1);
+        for tick in points.chunks(count) {
+            for (motor, point) in watch.motors.iter_mut().zip(tick) {
+                let speed = motor
+                    .last
+                    .map_or(f64::NAN, |last| (point.reference - last) / tick_s.max(1e-9));
+                motor.last = Some(point.reference);
+                let values = [
+                    point.reference - point.load,
+                    point.current_a,
+                    point.torque_nm,
+                    speed,
+                    point.motor - point.load,
+                    f64::from(point.engagement.sign()),
+                    point.reference,
+                ];
+                motor
+                    .series
+                    .push(values.into_iter().map(|value| value as f32));
+            }
+        }
+    }
+}
