@@ -32,6 +32,15 @@ pub(crate) struct LearnedFiles {
 }
 
 impl LearnedFiles {
+    /// The files that hold what was learned, which no other output may replace.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = (&Path, &'static str)> {
+        let read = self.learned.as_deref();
+        let read = read.map(|path| (path, "file of --learned"));
+        let written = self.save_learned.as_deref();
+        let written = written.map(|path| (path, "file of --save-learned"));
+        read.into_iter().chain(written)
+    }
+
     /// What --learned tells of a machine; checked by whoever knows its axes.
     fn read(
         &self,

@@ -162,6 +162,7 @@ fn prepare(run: &Run, quiet: bool) -> Result<(Program, Machine, SimulateOptions)
     if let Some(html) = &run.html {
         refuse_input(html, &run.on.part, "part program")?;
         refuse_inputs(html, run.on.setup.on.inputs())?;
+        refuse_inputs(html, run.learning.inputs())?;
         let fits = run.fitted.iter().filter_map(|fit| fit.split_once('='));
         refuse_inputs(html, fits.map(|(_, file)| (Path::new(file), "fit result")))?;
     }

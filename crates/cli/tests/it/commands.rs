@@ -125,6 +125,16 @@ fn a_page_is_one_file_and_no_input() {
         &["part program"],
     );
     bench.refuses(&[&run[..], &["--html", "-"]].concat(), &["`-`"]);
+    // What `adaptive` starts from is read, too.
+    bench.file("worn.toml", "kept");
+    bench.refuses(
+        &[&run[..], &["--learned", "worn.toml", "--html", "worn.toml"]].concat(),
+        &["file of --learned"],
+    );
+    assert_eq!(
+        std::fs::read_to_string(bench.path("worn.toml")).unwrap(),
+        "kept"
+    );
     assert_eq!(
         std::fs::read_to_string(bench.path("circle.ngc")).unwrap(),
         CIRCLE
