@@ -339,8 +339,9 @@ impl Observer for Record {
     }
 
     fn wants_motors(&self) -> bool {
+        // They cost more than all else of a page: that of a folder shows them if they are there.
         let files = self.files.as_ref();
-        self.page.is_some() || files.is_some_and(|files| files.motors.is_some())
+        self.html.is_some() || files.is_some_and(|files| files.motors.is_some())
     }
 
     fn motors(&mut self, method: usize, points: &[MotorPoint]) {

@@ -10,7 +10,7 @@ const JUMP_MM: f64 = 5.0;
 const LAST_RESORT_TICKS: u64 = 1 << 24;
 /// Most stretches that are looked back on when a straight line is drawn through them. A choice that
 /// bounds the work.
-const LONGEST_LOOK_BACK: usize = 64;
+const LONGEST_LOOK_BACK: usize = 32;
 
 /// A stretch of the path: from its place to that of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,13 +219,17 @@ impl PathRecorder {
         let near = extent * 5e-5;
         let peaks = self.peaks.clone();
         let mut first = 0;
+        let of =
+            |peaks: &Vec<f32>, at: usize| peaks.get(at).map_or([f32::NAN; 2], |peak| [*peak; 2]);
+        // Smallest and largest error of each method from the first stretch on.
+        let mut ranges: Vec<[f32; 2]> = peaks.iter().map(|peaks| of(peaks, 0)).collect();
         self.join(|last, next, at, _| {
-            let range = |peaks: &Vec<f32>| {
-                let part = peaks.get(first..=at).unwrap_or_default();
-                let low = part.iter().copied().fold(f32::INFINITY, f32::min);
-                let high = part.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-                high - low <= flat_um
-            };
+            let mut flat = true;
+            for ([low, high], peaks) in ranges.iter_mut().zip(&peaks) {
+                let [peak, _] = of(peaks, at);
+                (*low, *high) = (low.min(peak), high.max(peak));
+                flat &= *high - *low <= flat_um;
+            }
             let end = places.get(at + 1).or(places.get(at));
             let straight = || {
                 let (Some(from), Some(to)) = (places.get(first), end) else {
@@ -241,10 +245,13 @@ impl PathRecorder {
                 && !next.broken
                 && last.rapid == next.rapid
                 && (last.file, last.line) == (next.file, next.line)
-                && peaks.iter().all(range)
+                && flat
                 && straight();
             if !joins {
                 first = at;
+                for (range, peaks) in ranges.iter_mut().zip(&peaks) {
+                    *range = of(peaks, at);
+                }
             }
             joins
         });

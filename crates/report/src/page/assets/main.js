@@ -11,6 +11,8 @@ if (data.methods.length < 2 || !data.methods.some((method) => method.name === "n
 const motors = data.methods[chosen.method] ? data.methods[chosen.method].motors : [];
 pick("axis", motors.map((motor) => motor.name), 0);
 pick("signal", data.signals.map((name) => name === "error" ? "following error" : name), 0);
+// A run that did not trace its motors has no signals of them.
+for (const id of ["axis", "signal", "signalplot"]) $(id).parentElement.hidden = !motors.length;
 $("time").max = data.duration;
 
 function flights() {
