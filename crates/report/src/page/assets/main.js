@@ -19,7 +19,7 @@ function flights() {
   const method = data.methods[chosen.method];
   $("flights").replaceChildren(...method.worst.map((block) => {
     const button = element("button", `${signed(block.um)} \u00b5m, line ${block.line}`, { type: "button", title: block.cause });
-    button.addEventListener("click", () => view ? view.fly(block.t) : choose({ time: block.t }, "fly"));
+    button.addEventListener("click", () => view ? view.fly(block.t, block.line) : choose({ time: block.t }, "fly"));
     return button;
   }));
 }

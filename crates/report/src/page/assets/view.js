@@ -219,8 +219,11 @@ const view = (() => {
     draw();
   }
   function look(yaw, pitch) { eye.yaw = yaw; eye.pitch = pitch; fit(); }
-  function fly(time) {
-    choose({ time: time + 0.5 * data.tick }, "fly");
+  function fly(time, line) {
+    // A block may be drawn from the tick after its first one.
+    let at = time + 0.5 * data.tick;
+    for (let k = 0; k < 4 && line && runOf(stretchAt(at))[1] !== line; k++) at += data.tick;
+    choose({ time: at }, "fly");
     eye.center = toolAt(chosen.time);
     eye.zoom = Math.max(eye.zoom, 6);
     // The largest magnification that keeps the error well inside the view.
