@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn long_lines_are_cut_and_counted_as_one() {
-        let text = format!("G1\r\n{}\n\nM2", "X".repeat(100_000));
+        let text = format!("G1\r\n{}\n\nM2", "7".repeat(100_000));
         let mut reader = io::BufReader::with_capacity(16, text.as_bytes());
         let mut lines = Vec::new();
         while let Some(line) = short_line(&mut reader).unwrap() {
@@ -418,7 +418,7 @@ mod tests {
             ("G1", "", "M2")
         );
         assert!(
-            lines[1].starts_with("XXX") && lines[1].ends_with('\u{2026}') && lines[1].len() < 200
+            lines[1].starts_with("777") && lines[1].ends_with('\u{2026}') && lines[1].len() < 200
         );
     }
 }
