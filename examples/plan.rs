@@ -33,5 +33,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 // Prints:
 // G61: 0.928 s for 60.0 mm of cutting, X accelerates with up to 2232 mm/s2
-// G64 P0.005: 0.894 s for 60.0 mm of cutting, X accelerates with up to 2225 mm/s2
-// G64 P0.05: 0.855 s for 60.0 mm of cutting, X accelerates with up to 2223 mm/s2
+// G64 P0.005: 0.898 s for 60.0 mm of cutting, X accelerates with up to 2233 mm/s2
+// G64 P0.05: 0.863 s for 60.0 mm of cutting, X accelerates with up to 2222 mm/s2
