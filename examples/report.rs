@@ -58,6 +58,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 // Prints:
 // square.ngc on vmc3, method none
-// within tolerance: largest contour error 12.01 um in line 6 (reversal of Y), tolerance 20 um
+// within tolerance: largest contour error 10.16 um in line 6 (reversal of Y), tolerance 20 um
 // 5 blocks, the worst is `G1 Y0`
 // schema 1, 4 worst blocks

@@ -50,5 +50,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 // Prints:
 // outside 10 um
 // line 3 `G3 I-15 F1800`: -15.1 um = command -0.0, servo -8.1, backlash -7.0; reversal of Y
-// line 5 `G1 X-15 Y0`: +11.4 um = command +1.4, servo +0.9, backlash +9.0; reversal of Y
-// line 4 `G1 X0 Y15`: +11.1 um = command +1.6, servo +1.1, backlash +8.4; reversal of Y
+// line 4 `G1 X0 Y15`: +10.4 um = command +0.6, servo +0.8, backlash +9.1; reversal of Y
+// line 5 `G1 X-15 Y0`: +10.3 um = command -0.0, servo +0.9, backlash +9.3; gap

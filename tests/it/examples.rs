@@ -52,6 +52,8 @@ fn cargo(args: &[&str]) -> String {
 #[test]
 fn examples_print_what_they_say() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    // All of them, so that one run tells every example whose figures have moved.
+    let mut wrong = Vec::new();
     for name in EXAMPLES {
         let path = folder.join(format!("{name}.rs"));
         let source = std::fs::read_to_string(&path).expect("an example");
@@ -59,8 +61,12 @@ fn examples_print_what_they_say() {
             .lines()
             .map(|line| format!("{}\n", line.trim_start_matches(' ')))
             .collect();
-        assert_eq!(printed, promised(&source), "{name}");
+        let promised = promised(&source);
+        if printed != promised {
+            wrong.push(format!("{name} prints\n{printed}and promises\n{promised}"));
+        }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 /// Examples that run for hours: compiled with the others, not run.
