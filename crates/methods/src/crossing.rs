@@ -309,8 +309,9 @@ impl Crossing {
         let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
         // at rest: the friction of a standing load has no sign, so the load model has no say
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
-        // a learned load predicts the slip worse than the motor's own torque shows it
-        if stands && self.takes_up && load.coulomb > self.unloaded {
+        // a load learned roughly predicts the slip worse than the motor's own torque shows it; one that
+        // readings agree on predicts it better
+        if stands && self.takes_up && !state.trusts_twin && load.coulomb > self.unloaded {
             // once a rest: a traverse that pushes the load, since the gap is known too large,
             // would be answered by the next one
             state.at_rest = true;
@@ -408,6 +409,8 @@ pub(crate) struct CrossingState {
     pub(super) holding: [f64; 2],
     /// Ticks of rest since the last traverse.
     pub(super) held_ticks: u32,
+    /// Whether the twin's load is known so well that its torque decides at rest, too.
+    pub(super) trusts_twin: bool,
     /// Whether the axis rests with a load that sticks, and whether the gap was crossed in this rest.
     pub(super) at_rest: bool,
     pub(super) crossed_at_rest: bool,
@@ -431,6 +434,7 @@ impl CrossingState {
             wound: 0.0,
             holding: [0.0; 2],
             held_ticks: 0,
+            trusts_twin: false,
             at_rest: false,
             crossed_at_rest: false,
         }

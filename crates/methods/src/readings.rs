@@ -360,4 +360,13 @@ mod tests {
         }
         assert!((known.value - 1.114).abs() < 1e-3, "{known:?}");
     }
+
+    #[test]
+    fn readings_of_no_gap_outvote_a_few_false_ones() {
+        let mut known = Readings::default();
+        for value in [0.02, 0.6, 0.02, 0.03, 0.55, 0.02, 0.02] {
+            known.take_by(Consensus::Least, value, 1e-3, false, true);
+        }
+        assert!(known.value < 0.05 && known.used() == 0.0, "{known:?}");
+    }
 }

@@ -43,10 +43,23 @@ const MOVING_RAD_S: f64 = 0.02;
 /// Largest inertia of a load, over that of the motor. A choice.
 pub(super) const LARGEST_INERTIA: f64 = 100.0;
 
+/// Readings whose inertia is held on to. A choice: fewer hold on to chance, more come late.
+/// Decision 88 of the book.
+const ANCHORS: usize = 4;
+/// Ratio of the largest of them to the least up to which they agree. A choice: good readings are
+/// within a tenth of the inertia, those that hold a wrong one drift by more.
+const ANCHORS_RATIO: f64 = 1.5;
+/// Ratio by which the inertia may leave their range. A choice: narrower would not follow a workpiece
+/// that is put on, wider lets friction take the error.
+const ANCHORED_RATIO: f64 = 1.1;
+
 /// The filter, and the block or reversal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct LearningState {
     filter: LoadFilter,
+    /// Inertia of the load that the last readings found which agree on the gap, over that of the
+    /// motor; 0 for none.
+    anchors: [f64; ANCHORS],
     blocks: u32,
     /// Whether the load has been learned.
     pub(super) known: bool,
@@ -74,6 +87,7 @@ impl LearningState {
     pub(super) fn new() -> LearningState {
         LearningState {
             filter: LoadFilter::new(),
+            anchors: [0.0; ANCHORS],
             blocks: 0,
             known: false,
             calm: 0,
@@ -97,6 +111,7 @@ impl LearningState {
         let mean = [load.inertia, load.viscous, load.coulomb, load.constant];
         LearningState {
             filter: LoadFilter::known(&mean, covariance, &units(inertia, rated)),
+            anchors: [load.inertia / inertia; ANCHORS],
             blocks: BLOCKS_TO_KNOW,
             known: true,
             ..LearningState::new()
@@ -116,6 +131,34 @@ impl LearningState {
         rated: f64,
     ) {
         self.filter.learn(mean, covariance, &units(inertia, rated));
+    }
+
+    /// Takes the inertia (over that of the motor) that a reading found which agrees with others.
+    pub(super) fn anchor(&mut self, inertia: f64) {
+        self.anchors.rotate_right(1);
+        self.anchors[0] = inertia;
+    }
+
+    /// The least and the most inertia that the readings allow, over that of the motor: near what the
+    /// last ones found, where they agree.
+    fn anchored(&self) -> [f64; 2] {
+        let [least, most] = self.anchor_range();
+        if self.is_anchored() {
+            [least / ANCHORED_RATIO, most * ANCHORED_RATIO]
+        } else {
+            [LEAST_INERTIA, LARGEST_INERTIA]
+        }
+    }
+
+    /// Whether the last readings agree on the inertia of the load.
+    pub(super) fn is_anchored(&self) -> bool {
+        let [least, most] = self.anchor_range();
+        least > 0.0 && most <= ANCHORS_RATIO * least
+    }
+
+    fn anchor_range(&self) -> [f64; 2] {
+        let fold = |first, of: fn(f64, f64) -> f64| self.anchors.iter().copied().fold(first, of);
+        [fold(f64::INFINITY, f64::min), fold(0.0, f64::max)]
     }
 
     /// Standard deviation over value of the inertia.
@@ -251,7 +294,7 @@ impl LearningState {
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= BLOCKS_TO_KNOW {
             // believed once enough blocks have been seen; within physical bounds
-            let (unit, mean) = (units(inertia, rated), self.filter.possible());
+            let (unit, mean) = (units(inertia, rated), self.filter.possible(self.anchored()));
             load.inertia = mean[0].clamp(LEAST_INERTIA, LARGEST_INERTIA) * unit[0];
             load.viscous = mean[1].max(0.0) * unit[1];
             load.coulomb = mean[2].max(0.0) * unit[2];
@@ -264,4 +307,40 @@ impl LearningState {
 /// SI value of one unit of each unknown.
 fn units(inertia: f64, rated: f64) -> LoadVector {
     [inertia, rated / VISCOUS_SPEED, rated, rated]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_that_agree_on_the_inertia_bound_it() {
+        let mut state = LearningState::new();
+        assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
+        for inertia in [2.0, 9.0, 2.2, 2.1] {
+            state.anchor(inertia);
+        }
+        // one of them is far off
+        assert!(!state.is_anchored());
+        state.anchor(2.0);
+        state.anchor(2.05);
+        assert!(state.is_anchored());
+        let [least, most] = state.anchored();
+        assert!((least - 2.0 / 1.1).abs() < 1e-12 && (most - 2.2 * 1.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_bounded_inertia_takes_the_friction_along() {
+        let mut filter = LoadFilter::new();
+        // a load of inertia 3 and friction 0.1
+        for n in 0..4000 {
+            let alpha = f64::from(n % 7) - 3.0;
+            filter.update(&[0.1 * alpha, 0.0, 1.0, 0.0], 0.3 * alpha + 0.1, 0.0, true);
+        }
+        let free = filter.possible([LEAST_INERTIA, LARGEST_INERTIA]);
+        let held = filter.possible([4.0, 5.0]);
+        assert!((free[0] - 3.0).abs() < 0.05 && (held[0] - 4.0).abs() < 1e-12);
+        // conditioned on the inertia, not cut: what is not correlated with it stays
+        assert!((held[2] - free[2]).abs() < 0.05, "{free:?} {held:?}");
+    }
 }

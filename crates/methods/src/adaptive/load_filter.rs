@@ -151,14 +151,19 @@ impl LoadFilter {
 
     /// The most probable values that are physically possible: neither friction nor inertia below
     /// their bounds.
-    pub(super) fn possible(&self) -> LoadVector {
+    pub(super) fn possible(&self, [least, most]: [f64; 2]) -> LoadVector {
         let (mut mean, mut p) = (self.mean, self.covariance);
-        for (i, least) in [(1, 0.0), (2, 0.0), (0, LEAST_INERTIA)] {
+        for (i, least, most) in [
+            (1, 0.0, f64::INFINITY),
+            (2, 0.0, f64::INFINITY),
+            (0, least.max(LEAST_INERTIA), most),
+        ] {
+            let bound = mean[i].clamp(least, most);
             // condition the normal distribution on the bound: the other unknowns move with their
             // covariance, as by a measurement without noise
-            if mean[i] < least && p[i][i] > 0.0 {
+            if mean[i] != bound && p[i][i] > 0.0 {
                 let (column, off): (LoadVector, f64) =
-                    (std::array::from_fn(|j| p[j][i] / p[i][i]), least - mean[i]);
+                    (std::array::from_fn(|j| p[j][i] / p[i][i]), bound - mean[i]);
                 let row = p[i];
                 for j in 0..N {
                     mean[j] += column[j] * off;

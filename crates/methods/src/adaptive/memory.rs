@@ -5,10 +5,7 @@ use super::load_filter::LEAST_INERTIA;
 use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
-use super::{
-    Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE,
-    NEGLIGIBLE_HALF_GAP_RAD, counts,
-};
+use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE};
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{GapReading, Learned, Learning, ReadingVerdict};
@@ -34,7 +31,7 @@ impl Adaptive {
         } else {
             Readings::default()
         };
-        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= NEGLIGIBLE_HALF_GAP_RAD;
+        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= self.negligible;
         AdaptiveState {
             crossing: self.crossing.initial(motor_position, &load),
             learning: LearningState::known(&load, &learned.covariance(), inertia, rated),
@@ -42,7 +39,7 @@ impl Adaptive {
             watch: Watch::default(),
             reading: None,
             last: None,
-            used: gap.used(),
+            used: if nil { 0.0 } else { gap.used() },
             gap,
             trust: Trust::remembering(!learned.floats, nil),
         }
@@ -61,7 +58,7 @@ impl Adaptive {
             half_gap_deviation_rad: if is_read {
                 state.gap.variance.max(0.0).sqrt()
             } else if is_nil {
-                0.5 * NEGLIGIBLE_HALF_GAP_RAD
+                0.5 * self.negligible
             } else {
                 0.0
             },
@@ -89,31 +86,36 @@ impl Adaptive {
             reading: state.last,
         }
     }
-}
 
-/// A reading for traces; `sharp`: sharp enough for a wavering flank, and the inertia known for it.
-pub(super) fn reported(before: Option<GapReading>, said: &Said, sharp: bool) -> GapReading {
-    let verdict = if said.evidence <= LEAST_EVIDENCE {
-        ReadingVerdict::NoContact
-    } else if said.half_gap >= LARGEST_HALF_GAP_RAD {
-        ReadingVerdict::TooLarge
-    } else if said.wavered && !sharp {
-        ReadingVerdict::Wavering
-    } else if counts(said) {
-        ReadingVerdict::Counts
-    } else if said.variance.sqrt() >= LARGEST_DOUBT * said.half_gap {
-        ReadingVerdict::Vague
-    } else {
-        ReadingVerdict::Unexplained
-    };
-    GapReading {
-        number: before.map_or(1, |reading| reading.number.saturating_add(1)),
-        half_gap_rad: said.half_gap,
-        deviation_rad: if said.variance.is_finite() {
-            said.variance.sqrt()
+    /// A reading for traces; `sharp`: sharp enough for a wavering flank, and the inertia known for it.
+    pub(super) fn reported(
+        &self,
+        before: Option<GapReading>,
+        said: &Said,
+        sharp: bool,
+    ) -> GapReading {
+        let verdict = if said.evidence <= LEAST_EVIDENCE {
+            ReadingVerdict::NoContact
+        } else if said.half_gap >= LARGEST_HALF_GAP_RAD {
+            ReadingVerdict::TooLarge
+        } else if said.wavered && !sharp {
+            ReadingVerdict::Wavering
+        } else if self.counts(said) {
+            ReadingVerdict::Counts
+        } else if said.variance.sqrt() >= LARGEST_DOUBT * said.half_gap {
+            ReadingVerdict::Vague
         } else {
-            0.0
-        },
-        verdict,
+            ReadingVerdict::Unexplained
+        };
+        GapReading {
+            number: before.map_or(1, |reading| reading.number.saturating_add(1)),
+            half_gap_rad: said.half_gap,
+            deviation_rad: if said.variance.is_finite() {
+                said.variance.sqrt()
+            } else {
+                0.0
+            },
+            verdict,
+        }
     }
 }

@@ -125,9 +125,13 @@ const LARGEST_MISFIT_SHARE: f64 = 0.005;
 /// Bound of the latter: beyond it a second contact or a load that bounced was taken for the gap.
 /// Tuned on drawn cells of seed 1 and 773109 (no bound before, which let 5 gaps pass).
 const LARGEST_MISFIT_BY_SHARE: f64 = 30.0;
-/// Half gap below which there is nothing to compensate, rad at the motor: 1.3 um of total gap on a
-/// screw of 20 mm.
+/// Half gap below which there is nothing to compensate, mm of a linear axis: 1.3 um in all.
+const NEGLIGIBLE_HALF_GAP_MM: f64 = 6.5e-4;
+/// The same of a rotary axis, rad at the motor.
 const NEGLIGIBLE_HALF_GAP_RAD: f64 = 2e-4;
+/// Part of it that a reading of no gap at all counts as, since deviations are told in parts of the
+/// value.
+const LEAST_HALF_GAP_SHARE: f64 = 0.1;
 /// Largest standard deviation of a reading that counts, part of its value. A choice: a half gap
 /// that is off by as much leaves a fifth of the error.
 const LARGEST_DOUBT: f64 = 0.2;
@@ -156,6 +160,10 @@ const ALONE_MISFIT: f64 = 20.0;
 /// about as much.
 const LARGEST_INERTIA_DOUBT: f64 = 0.35;
 
+/// Part of the gap within which a reading agrees with the others, so that the load that it found
+/// is one to hold on to.
+const AGREEING_SHARE: f64 = 0.1;
+
 /// The method `adaptive`.
 #[derive(Clone, Debug)]
 pub struct Adaptive {
@@ -165,6 +173,8 @@ pub struct Adaptive {
     known: Known,
     motor: Motor,
     motor_coulomb: f64,
+    /// Half gap below which there is nothing to compensate, rad.
+    negligible: f64,
     /// What it starts from.
     remembered: Option<Learned>,
 }
@@ -253,6 +263,10 @@ impl Registered for Adaptive {
                 noise,
             },
             motor_coulomb: config.motor.coulomb_nm,
+            negligible: match config.transmission {
+                Transmission::Rotary { .. } => NEGLIGIBLE_HALF_GAP_RAD,
+                _ => NEGLIGIBLE_HALF_GAP_MM * config.transmission.motor_rad_per_unit(),
+            },
             remembered: config.compensation.learned.map(|memory| memory.learned),
         }
     }
@@ -295,14 +309,8 @@ impl Adaptive {
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
-        // what explains a crossing so well knows the load behind it, too
-        if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp {
-            state
-                .learning
-                .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
-        }
-        state.last = Some(memory::reported(state.last, &said, sharp && !unsure));
-        if counts(&said) && !unsure && (sharp || !said.wavered) {
+        state.last = Some(self.reported(state.last, &said, sharp && !unsure));
+        if self.counts(&said) && !unsure && (sharp || !said.wavered) {
             // contacts that hardly show, or over a wavering flank, are less certain than their
             // variance
             let faint = if said.evidence < CLEAR_EVIDENCE || said.wavered {
@@ -315,43 +323,66 @@ impl Adaptive {
             // single readings only count alone over one crossing that is explained and beyond doubt
             state.gap.take_by(
                 Consensus::Least,
-                said.half_gap,
+                said.half_gap.max(LEAST_HALF_GAP_SHARE * self.negligible),
                 said.variance + faint * faint,
                 said.wavered,
                 alone,
             );
         }
-        if hints(&said) {
+        // what explains a crossing so well knows the load behind it, too
+        if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp {
+            let agrees = state.gap.count > 1
+                && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
+            state
+                .learning
+                .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
+            if agrees {
+                state.learning.anchor(said.load.0[0] / self.motor.inertia);
+            }
+        }
+        if hints(&said, self.negligible) {
             state.gap.hint(said.half_gap);
         }
-        if said.evidence > LEAST_EVIDENCE && said.misfit < LARGEST_MISFIT && !said.wavered {
-            state.trust.nil = said.half_gap + 2.0 * said.variance.sqrt() < NEGLIGIBLE_HALF_GAP_RAD;
-        }
-        state.used = state.gap.used();
+        state.trust.nil = self.is_nil(&state.gap);
+        state.used = if state.trust.nil {
+            0.0
+        } else {
+            state.gap.used()
+        };
     }
-}
-
-/// Whether a reading counts: the contact shows, and the model explains it.
-fn counts(said: &Said) -> bool {
-    let explained = if said.wavered {
-        CLEAR_MISFIT
-    } else {
-        LARGEST_MISFIT
-    }
-    .max((LARGEST_MISFIT_SHARE * said.without).min(LARGEST_MISFIT_BY_SHARE));
-    said.half_gap < LARGEST_HALF_GAP_RAD
-        && said.evidence > LEAST_EVIDENCE
-        && said.misfit < explained
-        && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
 }
 
 /// Whether a reading is a hint of the gap, though it may not count: a contact beyond doubt, not quite
 /// explained.
-fn hints(said: &Said) -> bool {
-    said.half_gap > NEGLIGIBLE_HALF_GAP_RAD
+fn hints(said: &Said, negligible: f64) -> bool {
+    said.half_gap > negligible
         && said.evidence > CLEAR_EVIDENCE
         && said.misfit < LARGEST_MISFIT_BY_SHARE
         && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
+}
+
+impl Adaptive {
+    /// Whether a reading counts: the contact shows, the model explains it, and it tells the gap or
+    /// that there is none to compensate.
+    fn counts(&self, said: &Said) -> bool {
+        let explained = if said.wavered {
+            CLEAR_MISFIT
+        } else {
+            LARGEST_MISFIT
+        }
+        .max((LARGEST_MISFIT_SHARE * said.without).min(LARGEST_MISFIT_BY_SHARE));
+        let tells = said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
+            || said.half_gap + 2.0 * said.variance.sqrt() < self.negligible;
+        said.half_gap < LARGEST_HALF_GAP_RAD
+            && said.evidence > LEAST_EVIDENCE
+            && said.misfit < explained
+            && tells
+    }
+
+    /// Whether a gap on which readings agree is certainly too small to matter.
+    fn is_nil(&self, gap: &Readings) -> bool {
+        gap.count > 0 && gap.value + 2.0 * gap.variance.max(0.0).sqrt() <= self.negligible
+    }
 }
 
 impl Compensator for Adaptive {
@@ -436,6 +467,7 @@ impl Compensator for Adaptive {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // used as far as this axis and those that move with it are ready
         let used = state.trust.used(state.used);
+        state.crossing.trusts_twin = state.learning.is_anchored();
         let mut correction = self
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
