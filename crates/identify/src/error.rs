@@ -78,13 +78,33 @@ pub enum NotExcited {
     },
     /// Seen from the motor alone, the interval is so wide that it cannot be relied upon.
     #[error(
-        "the gap cannot be told from the motor alone, because its crossings leave the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log the load's position, too, or faster (4 kHz) with less noise of the current"
+        "the gap cannot be told from the motor alone, because it leaves the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log the load's position, too, or faster (4 kHz) with less noise of the current"
     )]
     MotorToldTooLittle {
         /// Lower end of the 95 % interval, rad at the motor.
         low_rad: f64,
         /// Upper end, rad at the motor.
         high_rad: f64,
+    },
+    /// Seen from the motor alone, the load's motion cannot be followed by the model's.
+    #[error(
+        "the gap cannot be told from the motor alone, because the load cannot be followed: its friction is not Coulomb and viscous, or so small that it bounces in its gap ({left_nm:.4} N m of torque are left over, the noise of the current is {noise_nm:.4} N m): log the load's position, too"
+    )]
+    LoadNotAsModelled {
+        /// RMS of the torque that the model leaves, N m.
+        left_nm: f64,
+        /// The noise of the current in it, N m.
+        noise_nm: f64,
+    },
+    /// Seen from the motor alone, different gaps explain the log alike.
+    #[error(
+        "the gap cannot be told from the motor alone, because different gaps explain the log alike (half gaps of {first_rad:.3e} and {second_rad:.3e} rad at the motor): log the load's position, too, or longer with varied accelerations"
+    )]
+    SeveralGaps {
+        /// Half gap that explains it best, rad at the motor.
+        first_rad: f64,
+        /// Another one, rad at the motor.
+        second_rad: f64,
     },
     /// The rows were not sampled when the log says.
     #[error(

@@ -125,7 +125,7 @@ fn quadratic_form<const P: usize>(matrix: &[[f64; P]; P], v: &[f64; P]) -> f64 {
 /// The 97.5 % quantile of Student's t for at least 2 degrees of freedom (fewer count as 2), by the
 /// expansion about the normal quantile in powers of 1/freedom (Abramowitz and Stegun 26.7.5);
 /// within 1 % at 2 and 0.1 % from 3 on.
-fn student_975(freedom: f64) -> f64 {
+pub(crate) fn student_975(freedom: f64) -> f64 {
     // The normal quantile, then the polynomials g1 to g4 of the expansion.
     let z: f64 = 1.959_963_984_540_054;
     let z2 = z * z;

@@ -242,6 +242,37 @@ fn the_log_of_a_part_tells_the_gap_or_why_not() {
     }
 }
 
+/// The same from the motor alone: gap and stiffness of the preset, or why they cannot be told.
+#[test]
+fn the_log_of_a_part_tells_the_gap_from_the_motor_or_why_not() {
+    let bench = Bench::new();
+    let part = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../gcode_samples/parts/inch_bracket.ngc"
+    );
+    bench.expect(0, &["plan", part, "-m", "vmc3", "-o", "plan.csv", "-q"]);
+    let run = ["axis", "run", "--setpoints", "plan.csv", "--column", "x_mm"];
+    let run = [&run[..], &["--axis", "vmc3:x", "-o", "trace.csv", "-q"]].concat();
+    bench.expect(0, &run);
+    let fit = ["axis", "fit", "trace.csv", "-o", "fit.json", "--motor-only"];
+    let output = bench.run(&[&fit[..], &["--axis", "vmc3:x"]].concat());
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(text.contains("cannot be told"), "{text}");
+        return;
+    }
+    let text = std::fs::read_to_string(bench.path("fit.json")).unwrap();
+    let fit: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [low, high] = [0, 1].map(|end| fit["gap_interval"][end].as_f64().unwrap());
+    assert!(low <= 0.010 && 0.010 <= high, "{low} to {high}");
+    // The preset's shaft has 100 N/um.
+    let [low, high] = [0, 1].map(|end| fit["stiffness"]["interval"][end].as_f64());
+    assert!(
+        low.is_none_or(|low| low <= 100.0) && high.is_none_or(|high| 100.0 <= high),
+        "{low:?} to {high:?}"
+    );
+}
+
 #[test]
 fn machines_are_listed_shown_and_checked() {
     let bench = Bench::new();

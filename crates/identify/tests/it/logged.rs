@@ -122,6 +122,18 @@ fn logs_of_a_filtered_current() {
     assert!(score.beyond <= 1.0, "{score:?}");
 }
 
+/// At 1 kHz with the noise of a usual drive the motor alone tells the gap, too.
+#[test]
+fn noisy_logs_of_the_motor_alone() {
+    let score = score("noise 2 %, motor only", 96_000..96_006);
+    let fitted = score.errors.len();
+    assert!(fitted >= 3 && score.covered + 1 >= fitted, "{score:?}");
+    assert!(score.errors[fitted / 2] <= 0.02, "{score:?}");
+    assert!(score.beyond <= 1.0, "{score:?}");
+    let because = |text: &String| text.contains("cannot be told from the motor alone, because");
+    assert!(score.refused.iter().all(because), "{score:?}");
+}
+
 /// Without the axis the motor's inertia and friction are found, too, or it is said that they cannot.
 #[test]
 fn logs_without_an_axis() {
