@@ -96,6 +96,16 @@ pub enum NotExcited {
         /// The noise of the current in it, N m.
         noise_nm: f64,
     },
+    /// Seen from the motor alone, the shaft's vibration is too fast for the log.
+    #[error(
+        "the gap cannot be told from the motor alone, because load and motor vibrate against each other at {frequency_hz:.0} Hz, too fast for rows {period_ms:.2} ms apart: log the load's position, too, or faster"
+    )]
+    ShaftTooFast {
+        /// Natural frequency that was fitted, Hz.
+        frequency_hz: f64,
+        /// Time between rows, ms.
+        period_ms: f64,
+    },
     /// Seen from the motor alone, different gaps explain the log alike.
     #[error(
         "the gap cannot be told from the motor alone, because different gaps explain the log alike (half gaps of {first_rad:.3e} and {second_rad:.3e} rad at the motor): log the load's position, too, or longer with varied accelerations"

@@ -55,13 +55,8 @@ const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
 /// Width of the interval, in parts of the half gap, from which on the gap counts as not told. A
 /// choice: a seventh of the gap either way is of use, more hardly.
 const MAX_WIDTH_SHARE: f64 = 0.28;
-/// Width of the interval, in parts of the half gap, up to which the crossings alone are believed.
-/// Tuned on logs of a ball screw at 1 kHz: there wider intervals of the crossings miss the gap in a
-/// quarter of them, narrow ones do not occur; logs at 4 kHz have some 2 %.
-const SURE_WIDTH_SHARE: f64 = 0.03;
-
-/// Time between samples, s, up to which the crossings are believed whatever the width of their
-/// interval. A choice: at 4 kHz it holds the gap in at least 19 of 20 of the tests' logs.
+/// Time between samples, s, up to which the crossings are believed. Tuned: at 4 kHz their interval
+/// holds the gap in at least 19 of 20 of the tests' logs, at 1 kHz in three quarters.
 const SURE_PERIOD_S: f64 = 0.5e-3;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
@@ -94,12 +89,9 @@ pub fn fit_motor_only_with(
     plausible::check(log.as_backlash_log(), settings, false)?;
     let half = window::half_width(settings, log.period_s());
     let crossed = crossed(log, settings, solver, inertia, half);
-    // Crossings that tell it well leave nothing to a replay, which takes seconds.
-    let sure = |fit: &BacklashFit| {
-        let [low_rad, high_rad] = fit.half_gap_interval_rad;
-        log.period_s() <= SURE_PERIOD_S || high_rad - low_rad <= SURE_WIDTH_SHARE * fit.half_gap_rad
-    };
-    if crossed.as_ref().is_ok_and(sure) || matches!(crossed, Err(FitError::TooShort { .. })) {
+    // Crossings of a fast log leave nothing to a replay, which takes seconds.
+    let sure = crossed.is_ok() && log.period_s() <= SURE_PERIOD_S;
+    if sure || matches!(crossed, Err(FitError::TooShort { .. })) {
         return crossed.and_then(told);
     }
     let Some(replayed) = replayed(log, settings) else {
@@ -107,11 +99,12 @@ pub fn fit_motor_only_with(
     };
     match (replayed, crossed) {
         (Ok(fit), _) if fit.excited => told(fit),
-        // No gap that could be told from zero: the crossings say so, too, or say why.
-        (Ok(fit), crossed) => Ok(crossed
-            .ok()
-            .filter(|crossed| !crossed.excited)
-            .unwrap_or(fit)),
+        // No gap that could be told from zero: told where the crossings say so, too.
+        (Ok(_), Ok(crossed)) if !crossed.excited => Ok(crossed),
+        (Ok(fit), _) => {
+            let [low_rad, high_rad] = fit.half_gap_interval_rad;
+            Err(NotExcited::MotorToldTooLittle { low_rad, high_rad }.into())
+        }
         // Too few clear crossings are the cause wherever noise does not hide them.
         (Err(_), Err(error))
             if !matches!(

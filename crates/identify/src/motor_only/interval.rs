@@ -52,6 +52,9 @@ pub(super) struct Profile {
     pub(super) blocks: usize,
 }
 
+/// Parts of the log that are fitted each by itself.
+const PARTS: usize = 3;
+
 impl Search<'_> {
     /// The profile about a minimum; `numbers`: the block of each window that counts. `None` where
     /// better minima turn up beside each minimum.
@@ -87,6 +90,25 @@ impl Search<'_> {
             });
         }
         None
+    }
+
+    /// How much farther the gaps of the log's parts lie from each other than the interval says: the
+    /// scale factor of Birge (1932), `sqrt(chi2/(n - 1))`, at least 1.
+    pub(super) fn disagreement(&self, profile: &Profile, used: &[usize]) -> Option<f64> {
+        let part = used.len().div_ceil(PARTS);
+        let gaps: Vec<f64> = used
+            .chunks(part)
+            .map(|used| {
+                let found = self.descend(&self.short, profile.found.x, used, BETTER_ROUNDS)?;
+                Some(found.x[HALF_GAP])
+            })
+            .collect::<Option<_>>()?;
+        let count = gaps.len() as f64;
+        let mean = gaps.iter().sum::<f64>() / count;
+        let square: f64 = gaps.iter().map(|gap| (gap - mean) * (gap - mean)).sum();
+        // A part has the error of the whole times the root of their number.
+        let expected = profile.standard_error_rad * profile.standard_error_rad * count;
+        Some((square / (count - 1.0) / expected).sqrt().max(1.0))
     }
 
     /// Where the interval ends on one side.

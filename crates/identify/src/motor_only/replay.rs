@@ -332,3 +332,15 @@ pub(super) fn geometric(least: f64, most: f64, count: usize) -> Vec<f64> {
         .map(|n| least * math::pow(most / least, n as f64 / (count.max(2) - 1) as f64))
         .collect()
 }
+
+/// Share of a vibration that the natural cubic spline through its samples loses, at this frequency
+/// in cycles per sample: one less the response of the cardinal spline, `3 sinc^4(x)/(2 + cos 2 pi x)`
+/// (Unser, Splines: a perfect fit, 1999).
+pub(super) fn spline_loss(cycles: f64) -> f64 {
+    let phase = std::f64::consts::PI * cycles;
+    if phase < 1e-3 {
+        return 0.0;
+    }
+    let sinc = math::sin(phase) / phase;
+    1.0 - 3.0 * sinc * sinc * sinc * sinc / (2.0 + math::cos(2.0 * phase))
+}

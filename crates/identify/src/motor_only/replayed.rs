@@ -14,11 +14,16 @@ use crate::{
 use lostmotion_base::math::{self, quantile};
 
 use super::interval::BLOCK_S;
-use super::replay::{self, Replay, load_of, spline_slopes};
+use super::replay::{self, Replay, load_of, spline_loss, spline_slopes};
 use super::search::{Found, Search};
 
 /// Longest step of the integration, s. A choice: shafts swing at some 100 to 600 Hz.
 const LONGEST_STEP_S: f64 = 50e-6;
+/// The same where the grid is looked over.
+const GRID_STEP_S: f64 = 100e-6;
+/// Share of the shaft's vibration that may be lost between the samples. A choice: reached at 0.31
+/// of the sampling rate; beyond it the loss grows with the fourth power of the frequency.
+const MAX_SPLINE_LOSS: f64 = 0.05;
 /// Half-width of the long windows, s, and of the short ones. A choice: the long ones are longer
 /// than impacts come early or late with a gap that is off by a step of the grid.
 const HALF_WINDOWS_S: [f64; 2] = [10e-3, 2e-3];
@@ -74,7 +79,7 @@ pub(super) fn replayed(
             (&averages[n], halves[n]),
             inertia,
             largest_nm,
-            LONGEST_STEP_S,
+            [GRID_STEP_S, LONGEST_STEP_S][n],
         )
     };
     let search = Search {
@@ -95,6 +100,20 @@ pub(super) fn replayed(
     // The profile may end in a better minimum than the search did.
     let profile = search.profile(answer.found.clone(), &answer.used, &numbers);
     let deepest = profile.as_ref().map_or(&answer.found, |best| &best.found);
+    // Between the samples of a stiff shaft's vibration the motor's motion is not known.
+    let loss = {
+        let stiffness = 1.0 / deepest.x[replay::COMPLIANCE];
+        let inverse = 1.0 / inertia + 1.0 / deepest.x[replay::INERTIA];
+        let frequency_hz = (stiffness * inverse).sqrt() / std::f64::consts::TAU;
+        let loss = spline_loss(frequency_hz * period_s);
+        if loss > MAX_SPLINE_LOSS {
+            return Some(Err(NotExcited::ShaftTooFast {
+                frequency_hz,
+                period_ms: 1e3 * period_s,
+            }));
+        }
+        loss
+    };
     // What is left over has to be noise, all in all and on an average over some windows.
     let left_nm = root_mean_square(&deepest.residuals);
     let most_nm = math::hypot(NOISE_DOUBT * noise_nm, MAX_MISFIT_SHARE * torque_nm);
@@ -134,8 +153,12 @@ pub(super) fn replayed(
     );
     let (half_gap, compliance) = (found.x[replay::HALF_GAP], found.x[replay::COMPLIANCE]);
     let allowance = RESOLUTION_SHARE * log.resolution_rad()
-        + MODEL_ERROR_SHARE * compliance * torque_nm
+        + (MODEL_ERROR_SHARE + loss) * compliance * torque_nm
         + BETWEEN_SAMPLES_SHARE * half_gap;
+    // Parts of the log that disagree show errors that the scatter within them does not.
+    let factor = search.disagreement(&profile, &answer.used)?;
+    let low = half_gap - factor * (half_gap - low);
+    let high = half_gap + factor * (high - half_gap);
     let interval = [(low - allowance).max(0.0), high + allowance];
     let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
         half_gap_rad: half_gap,
@@ -156,7 +179,7 @@ pub(super) fn replayed(
     Some(Ok(BacklashFit {
         half_gap_rad: half_gap,
         half_gap_interval_rad: interval,
-        half_gap_error_rad: profile.standard_error_rad,
+        half_gap_error_rad: factor * profile.standard_error_rad,
         half_gap_allowance_rad: allowance,
         compliance_rad_per_nm: compliance,
         compliance_error_rad_per_nm: compliance_spread.standard_error,
@@ -183,7 +206,7 @@ pub(super) fn replayed(
         blocks: profile.blocks,
         // The scatter counts the samples, and the profile how much they tell.
         effective_samples: gap_spread.effective_samples
-            * (gap_spread.standard_error / profile.standard_error_rad).powi(2),
+            * (gap_spread.standard_error / (factor * profile.standard_error_rad)).powi(2),
         excited: reason.is_none(),
         reason,
         load: Some(load_of(&found.x)),

@@ -30,9 +30,20 @@ const DIVISIONS: (i32, i32) = (2, 1);
 const GRID_SPAN_S: f64 = 8.0;
 /// Points from which the descent is tried, the rounds of descent over that time, and how many go on
 /// over the whole log. A choice.
-const STARTS: usize = 12;
+const STARTS: usize = 16;
 const FIRST_ROUNDS: usize = 6;
 const FINALISTS: usize = 4;
+/// Ratio of half gaps within which two starts are alike, so that only the better one is tried: with
+/// alike compliances among the starts, whatever these are among the finalists. A choice.
+const ALIKE_GAP: f64 = 1.06;
+const ALIKE_COMPLIANCE: f64 = 1.5;
+/// The sweep about a minimum: half gaps as parts of its own, and compliances. A choice: steps of 7 %
+/// are finer than a valley with short windows, and the ends are a tenth and the tenfold.
+const SWEEP_GAPS: (f64, f64, usize) = (0.1, 10.0, 69);
+const SWEEP_COMPLIANCES: [f64; 3] = [0.7, 1.0, 1.4];
+/// Valleys of a sweep that are followed down, and sweeps where they lead to better minima.
+const VALLEYS: usize = 4;
+const MOST_SWEEPS: usize = 3;
 /// Cost over that of the best from which on a minimum of the first part is left. A choice.
 const HOPELESS_FACTOR: f64 = 1.5;
 /// Ratio of half gaps, and of compliances, below which two minima are one. A choice.
@@ -99,10 +110,22 @@ impl Search<'_> {
         let used = self.short.used(f64::INFINITY);
         let mut fine: Vec<Found> = Vec::new();
         let deepest = first.first()?.cost;
-        let near = |found: &Found| found.cost < HOPELESS_FACTOR * deepest;
-        for start in first.into_iter().filter(near).take(FINALISTS) {
-            let found = self.descend(&self.short, start.x, &used, MOST_ROUNDS)?;
+        first.retain(|found| found.cost < HOPELESS_FACTOR * deepest);
+        let firsts = first.iter().map(|found| found.x).collect();
+        for start in unlike(firsts, f64::INFINITY, FINALISTS) {
+            let found = self.descend(&self.short, start, &used, MOST_ROUNDS)?;
             keep(&mut fine, found);
+        }
+        // Load and shaft are known now, so that the other gaps are seen as deep as they are.
+        for _ in 0..MOST_SWEEPS {
+            let best = fine.first()?.x;
+            for start in self.valleys(&best, &used) {
+                let found = self.descend(&self.short, start, &used, MOST_ROUNDS)?;
+                keep(&mut fine, found);
+            }
+            if fine.first()?.x[HALF_GAP] == best[HALF_GAP] {
+                break;
+            }
         }
         let mut fine = fine.into_iter();
         let found = fine.next()?;
@@ -136,8 +159,16 @@ impl Search<'_> {
             softest / stiffest,
             1.0 / (compliances - 1) as f64 / f64::from(2 * compliance_divisions + 1),
         );
-        let closer: Vec<Coefficients> = self
-            .best(&self.long, points, CLOSER)?
+        // Every gap is looked at more closely, and the best of all once more.
+        let mut coarse = self.best(&self.long, points, usize::MAX)?;
+        let mut seen = Vec::new();
+        coarse.sort_by_key(|x| {
+            let again = seen.contains(&x[HALF_GAP].to_bits());
+            seen.push(x[HALF_GAP].to_bits());
+            again
+        });
+        coarse.truncate(CLOSER);
+        let closer: Vec<Coefficients> = coarse
             .iter()
             .flat_map(|x| {
                 (-gap_divisions..=gap_divisions).flat_map(move |i| {
@@ -150,7 +181,47 @@ impl Search<'_> {
                 })
             })
             .collect();
-        self.best(&self.short, closer, STARTS)
+        let closer = self.best(&self.short, closer, usize::MAX)?;
+        Some(unlike(closer, ALIKE_COMPLIANCE, STARTS))
+    }
+
+    /// The deepest valleys of the cost over the gap other than that of a minimum, with everything
+    /// else as there.
+    fn valleys(&self, best: &Coefficients, used: &[usize]) -> Vec<Coefficients> {
+        let (least, most, count) = SWEEP_GAPS;
+        let points: Vec<Coefficients> = geometric(least, most, count)
+            .into_iter()
+            .flat_map(|gap| {
+                SWEEP_COMPLIANCES.map(|compliance| {
+                    let mut x = *best;
+                    x[HALF_GAP] *= gap;
+                    x[COMPLIANCE] *= compliance;
+                    x
+                })
+            })
+            .collect();
+        let costs = costs_of(&self.short, &points, used, self.delta);
+        let mut all: Vec<(f64, Coefficients)> = costs
+            .chunks(SWEEP_COMPLIANCES.len())
+            .zip(points.chunks(SWEEP_COMPLIANCES.len()))
+            .filter_map(|(costs, points)| {
+                let at = costs.iter().copied().zip(points.iter().copied());
+                at.min_by(|a, b| a.0.total_cmp(&b.0))
+            })
+            .collect();
+        // A valley is lower than both its neighbours; the ends have one.
+        let lower = |n: usize| {
+            let above = |m: usize| all.get(m).is_none_or(|other| other.0 >= all[n].0);
+            above(n + 1) && above(n.wrapping_sub(1))
+        };
+        let lows: Vec<bool> = (0..all.len()).map(lower).collect();
+        let mut low = lows.into_iter();
+        all.retain(|(_, x)| {
+            let own = (x[HALF_GAP] / best[HALF_GAP]).max(best[HALF_GAP] / x[HALF_GAP]) < ALIKE_GAP;
+            low.next() == Some(true) && !own
+        });
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().take(VALLEYS).map(|(_, x)| x).collect()
     }
 
     /// The points of least cost over the first part of the log.
@@ -186,6 +257,22 @@ fn costs_of(replay: &Replay, points: &[Coefficients], used: &[usize], delta: f64
         costs.extend(&sums[..some.len()]);
     }
     costs
+}
+
+/// The first of points that come in order of their cost without those alike to a better one.
+fn unlike(points: Vec<Coefficients>, alike_compliance: f64, count: usize) -> Vec<Coefficients> {
+    let near = |a: f64, b: f64, ratio: f64| (a / b).max(b / a) < ratio;
+    let mut kept: Vec<Coefficients> = Vec::new();
+    for x in points {
+        let alike = kept.iter().any(|other| {
+            near(x[HALF_GAP], other[HALF_GAP], ALIKE_GAP)
+                && near(x[COMPLIANCE], other[COMPLIANCE], alike_compliance)
+        });
+        if !alike && kept.len() < count {
+            kept.push(x);
+        }
+    }
+    kept
 }
 
 /// Adds a minimum in order of cost; of minima at one gap and stiffness the deepest stays.

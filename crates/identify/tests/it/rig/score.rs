@@ -27,19 +27,12 @@ pub struct Kind {
 }
 
 /// All kinds that are measured.
-pub const KINDS: [Kind; 14] = [
+pub const KINDS: [Kind; 17] = [
     kind("clean", Given::Everything, BallScrew::random),
     kind("noise and flaws", Given::Everything, BallScrew::noisy),
     kind("odd friction", Given::Everything, BallScrew::odd),
-    kind("jitter not recorded", Given::Everything, |seed| BallScrew {
-        jitter_s: Random::new(seed ^ 0x11).between(50e-6, 250e-6),
-        jitter_recorded: false,
-        ..noise(seed, 0.02)
-    }),
-    kind("filtered current", Given::Everything, |seed| BallScrew {
-        current_filter_s: Random::new(seed ^ 0x22).between(0.5e-3, 4e-3),
-        ..noise(seed, 0.02)
-    }),
+    kind("jitter not recorded", Given::Everything, jitter),
+    kind("filtered current", Given::Everything, filtered),
     kind("clean, no axis", Given::NoAxis, BallScrew::random),
     kind("noise 2 %, no axis", Given::NoAxis, |seed| {
         noise(seed, 0.02)
@@ -59,6 +52,11 @@ pub const KINDS: [Kind; 14] = [
     kind("noise 2 %, motor only", Given::MotorOnly, |seed| {
         noise(seed, 0.02)
     }),
+    kind("noise 5 %, motor only", Given::MotorOnly, |seed| {
+        noise(seed, 0.05)
+    }),
+    kind("jitter not recorded, motor only", Given::MotorOnly, jitter),
+    kind("filtered current, motor only", Given::MotorOnly, filtered),
     kind("odd friction, motor only", Given::MotorOnly, |seed| {
         BallScrew {
             noise: 0.0,
@@ -83,6 +81,21 @@ fn noise(seed: u64, noise: f64) -> BallScrew {
     BallScrew {
         noise,
         ..BallScrew::random(seed)
+    }
+}
+
+fn jitter(seed: u64) -> BallScrew {
+    BallScrew {
+        jitter_s: Random::new(seed ^ 0x11).between(50e-6, 250e-6),
+        jitter_recorded: false,
+        ..noise(seed, 0.02)
+    }
+}
+
+fn filtered(seed: u64) -> BallScrew {
+    BallScrew {
+        current_filter_s: Random::new(seed ^ 0x22).between(0.5e-3, 4e-3),
+        ..noise(seed, 0.02)
     }
 }
 
