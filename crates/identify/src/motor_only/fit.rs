@@ -106,15 +106,12 @@ pub fn fit_motor_only_with(
             Err(NotExcited::MotorToldTooLittle { low_rad, high_rad }.into())
         }
         // Too few clear crossings are the cause wherever noise does not hide them.
-        (Err(_), Err(error))
-            if !matches!(
-                error,
-                FitError::NotExcited(NotExcited::NoiseHidesLoad { .. })
-            ) =>
-        {
-            Err(error)
+        (Err(reason), Err(FitError::NotExcited(unclear))) => {
+            let hidden = matches!(unclear, NotExcited::NoiseHidesLoad { .. });
+            Err(cause(log, if hidden { reason } else { unclear }).into())
         }
-        (Err(reason), _) => Err(cause(log, reason).into()),
+        (Err(_), Err(error)) => Err(error),
+        (Err(reason), Ok(_)) => Err(cause(log, reason).into()),
     }
 }
 

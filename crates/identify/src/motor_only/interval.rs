@@ -41,6 +41,8 @@ struct Edge {
     quantile: f64,
     /// A deeper point on the way.
     better: Option<Found>,
+    /// The last point that was looked at: its distance, and its losses over the blocks.
+    last: (f64, Vec<f64>),
 }
 
 /// The minimum, which may be a better one than before, and the interval of the half gap.
@@ -52,7 +54,7 @@ pub(super) struct Profile {
     pub(super) blocks: usize,
 }
 
-/// Parts of the log that are fitted each by itself.
+/// Parts of the log that are held against each other.
 const PARTS: usize = 3;
 
 impl Search<'_> {
@@ -82,33 +84,20 @@ impl Search<'_> {
             let gap = best.x[HALF_GAP];
             let interval_rad = [gap * (1.0 - low.distance), gap * (1.0 + high.distance)];
             let quantile = 0.5 * (low.quantile + high.quantile);
+            let standard_error_rad = 0.5 * (interval_rad[1] - interval_rad[0]) / quantile;
+            // Parts that disagree show errors that last longer than a block: the interval widens
+            // by the scale factor of Birge (1932).
+            let factor = gap * parts_error(&losses, &low.last, &high.last) / standard_error_rad;
+            let factor = if factor > 1.0 { factor } else { 1.0 };
+            let interval_rad = interval_rad.map(|end| gap + factor * (end - gap));
             return Some(Profile {
                 interval_rad,
-                standard_error_rad: 0.5 * (interval_rad[1] - interval_rad[0]) / quantile,
+                standard_error_rad: factor * standard_error_rad,
                 blocks: count,
                 found: best,
             });
         }
         None
-    }
-
-    /// How much farther the gaps of the log's parts lie from each other than the interval says: the
-    /// scale factor of Birge (1932), `sqrt(chi2/(n - 1))`, at least 1.
-    pub(super) fn disagreement(&self, profile: &Profile, used: &[usize]) -> Option<f64> {
-        let part = used.len().div_ceil(PARTS);
-        let gaps: Vec<f64> = used
-            .chunks(part)
-            .map(|used| {
-                let found = self.descend(&self.short, profile.found.x, used, BETTER_ROUNDS)?;
-                Some(found.x[HALF_GAP])
-            })
-            .collect::<Option<_>>()?;
-        let count = gaps.len() as f64;
-        let mean = gaps.iter().sum::<f64>() / count;
-        let square: f64 = gaps.iter().map(|gap| (gap - mean) * (gap - mean)).sum();
-        // A part has the error of the whole times the root of their number.
-        let expected = profile.standard_error_rad * profile.standard_error_rad * count;
-        Some((square / (count - 1.0) / expected).sqrt().max(1.0))
     }
 
     /// Where the interval ends on one side.
@@ -124,6 +113,7 @@ impl Search<'_> {
             distance: 1.0,
             quantile: student_975(f64::INFINITY),
             better: None,
+            last: (0.0, Vec::new()),
         };
         // Each gap begins with what went best with the one before.
         let (mut x, mut before) = (best.x, (0.0, 0.0));
@@ -132,7 +122,8 @@ impl Search<'_> {
         for _ in 0..MOST_DISTANCES {
             x[HALF_GAP] = best.x[HALF_GAP] * (1.0 + side * distance);
             let beside = self.descend_but(&self.short, x, used, ROUNDS, Some(HALF_GAP))?;
-            let verdict = verdict(losses, &self.by_block(&beside, numbers, losses.len()));
+            edge.last = (distance, self.by_block(&beside, numbers, losses.len()));
+            let verdict = verdict(losses, &edge.last.1);
             edge.quantile = verdict.quantile;
             x = beside.x;
             if beside.cost < (1.0 - better_share) * best.cost {
@@ -168,6 +159,29 @@ impl Search<'_> {
         }
         sums
     }
+}
+
+/// Standard error of the gap in its own parts as the log's parts show it: each one's slope of the
+/// cost at the minimum, by the parabola through three points, over the curvature of them all.
+fn parts_error(losses: &[f64], low: &(f64, Vec<f64>), high: &(f64, Vec<f64>)) -> f64 {
+    let (below, above) = (low.0, high.0);
+    let (mut curvature, mut squares) = (0.0, 0.0);
+    let part = losses.len().div_ceil(PARTS).max(1);
+    let parts = || {
+        losses
+            .chunks(part)
+            .zip(low.1.chunks(part))
+            .zip(high.1.chunks(part))
+    };
+    for ((here, low), high) in parts() {
+        let sum = |losses: &[f64]| losses.iter().sum::<f64>();
+        let [down, up] = [sum(low) - sum(here), sum(high) - sum(here)];
+        let slope = (up * below / above - down * above / below) / (below + above);
+        squares += slope * slope;
+        curvature += 2.0 * (up / above + down / below) / (below + above);
+    }
+    let count = parts().count() as f64;
+    (squares * count / (count - 1.0)).sqrt() / curvature
 }
 
 /// How much worse one fit is than another.

@@ -17,10 +17,9 @@ use super::interval::BLOCK_S;
 use super::replay::{self, Replay, load_of, spline_loss, spline_slopes};
 use super::search::{Found, Search};
 
-/// Longest step of the integration, s. A choice: shafts swing at some 100 to 600 Hz.
-const LONGEST_STEP_S: f64 = 50e-6;
-/// The same where the grid is looked over.
-const GRID_STEP_S: f64 = 100e-6;
+/// Longest step of the integration, s. A choice: a tenth of a period of 1 kHz logs; fast shafts get
+/// shorter ones.
+const LONGEST_STEP_S: f64 = 100e-6;
 /// Share of the shaft's vibration that may be lost between the samples. A choice: reached at 0.31
 /// of the sampling rate; beyond it the loss grows with the fourth power of the frequency.
 const MAX_SPLINE_LOSS: f64 = 0.05;
@@ -57,6 +56,9 @@ const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
 /// Ratio of the difference of two costs to its standard error below which a rival minimum is not
 /// rejected. A choice: one rival of a hundred is taken for worse by chance.
 const SURE_RATIO: f64 = 2.3;
+/// Distance of such a rival, in parts of the gap, up to which the interval is widened to hold it. A
+/// choice: half of the widest interval that is of use.
+const MAX_RIVAL_SHARE: f64 = 0.14;
 
 /// The fit; `None` if the log has too little of motion for a replay.
 pub(super) fn replayed(
@@ -79,7 +81,7 @@ pub(super) fn replayed(
             (&averages[n], halves[n]),
             inertia,
             largest_nm,
-            [GRID_STEP_S, LONGEST_STEP_S][n],
+            LONGEST_STEP_S,
         )
     };
     let search = Search {
@@ -133,12 +135,17 @@ pub(super) fn replayed(
         let rival = answer.rivals.first().unwrap_or(&answer.found);
         return Some(Err(several(&answer.found, rival)));
     };
-    // A rival that the log does not reject is an answer, too.
-    let [low, high] = profile.interval_rad;
+    // A rival that the log does not reject is an answer, too: the interval holds it with its own.
+    let [mut low, mut high] = profile.interval_rad;
+    let half_gap = profile.found.x[replay::HALF_GAP];
+    let (below, above) = (half_gap - low, high - half_gap);
     for rival in &answer.rivals {
-        let beside = rival.x[replay::HALF_GAP] < low || high < rival.x[replay::HALF_GAP];
-        if beside && search.ratio(&profile.found, rival, &numbers) < SURE_RATIO {
-            return Some(Err(several(&profile.found, rival)));
+        let gap = rival.x[replay::HALF_GAP];
+        if search.ratio(&profile.found, rival, &numbers) < SURE_RATIO {
+            if (gap - half_gap).abs() > MAX_RIVAL_SHARE * half_gap {
+                return Some(Err(several(&profile.found, rival)));
+            }
+            (low, high) = (low.min(gap - below), high.max(gap + above));
         }
     }
     let found = &profile.found;
@@ -151,14 +158,10 @@ pub(super) fn replayed(
         spread(replay::DAMPING_TIME)?,
         spread(replay::LATENESS)?,
     );
-    let (half_gap, compliance) = (found.x[replay::HALF_GAP], found.x[replay::COMPLIANCE]);
+    let compliance = found.x[replay::COMPLIANCE];
     let allowance = RESOLUTION_SHARE * log.resolution_rad()
         + (MODEL_ERROR_SHARE + loss) * compliance * torque_nm
         + BETWEEN_SAMPLES_SHARE * half_gap;
-    // Parts of the log that disagree show errors that the scatter within them does not.
-    let factor = search.disagreement(&profile, &answer.used)?;
-    let low = half_gap - factor * (half_gap - low);
-    let high = half_gap + factor * (high - half_gap);
     let interval = [(low - allowance).max(0.0), high + allowance];
     let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
         half_gap_rad: half_gap,
@@ -179,7 +182,7 @@ pub(super) fn replayed(
     Some(Ok(BacklashFit {
         half_gap_rad: half_gap,
         half_gap_interval_rad: interval,
-        half_gap_error_rad: factor * profile.standard_error_rad,
+        half_gap_error_rad: profile.standard_error_rad,
         half_gap_allowance_rad: allowance,
         compliance_rad_per_nm: compliance,
         compliance_error_rad_per_nm: compliance_spread.standard_error,
@@ -206,7 +209,8 @@ pub(super) fn replayed(
         blocks: profile.blocks,
         // The scatter counts the samples, and the profile how much they tell.
         effective_samples: gap_spread.effective_samples
-            * (gap_spread.standard_error / (factor * profile.standard_error_rad)).powi(2),
+            * (gap_spread.standard_error * gap_spread.standard_error)
+            / (profile.standard_error_rad * profile.standard_error_rad),
         excited: reason.is_none(),
         reason,
         load: Some(load_of(&found.x)),

