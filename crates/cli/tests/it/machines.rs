@@ -265,10 +265,10 @@ fn the_log_of_a_part_tells_the_gap_from_the_motor_or_why_not() {
     let fit: serde_json::Value = serde_json::from_str(&text).unwrap();
     let [low, high] = [0, 1].map(|end| fit["gap_interval"][end].as_f64().unwrap());
     assert!(low <= 0.010 && 0.010 <= high, "{low} to {high}");
-    // The preset's shaft has 100 N/um.
+    // The preset's shaft has 238 N/um.
     let [low, high] = [0, 1].map(|end| fit["stiffness"]["interval"][end].as_f64());
     assert!(
-        low.is_none_or(|low| low <= 100.0) && high.is_none_or(|high| 100.0 <= high),
+        low.is_none_or(|low| low <= 238.0) && high.is_none_or(|high| 238.0 <= high),
         "{low:?} to {high:?}"
     );
 }

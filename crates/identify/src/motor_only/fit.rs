@@ -89,8 +89,10 @@ pub fn fit_motor_only_with(
     plausible::check(log.as_backlash_log(), settings, false)?;
     let half = window::half_width(settings, log.period_s());
     let crossed = crossed(log, settings, solver, inertia, half);
-    // Crossings of a fast log leave nothing to a replay, which takes seconds.
-    let sure = crossed.is_ok() && log.period_s() <= SURE_PERIOD_S;
+    // Crossings of a fast log leave nothing to a replay, which takes seconds, if they tell the gap
+    // from the wind-up.
+    let apart = |fit: &BacklashFit| !fit.excited || fit.stiffness_nm_per_rad.is_some();
+    let sure = log.period_s() <= SURE_PERIOD_S && crossed.as_ref().is_ok_and(apart);
     if sure || matches!(crossed, Err(FitError::TooShort { .. })) {
         return crossed.and_then(told);
     }
@@ -105,9 +107,11 @@ pub fn fit_motor_only_with(
             let [low_rad, high_rad] = fit.half_gap_interval_rad;
             Err(NotExcited::MotorToldTooLittle { low_rad, high_rad }.into())
         }
-        // Too few clear crossings are the cause wherever noise does not hide them.
+        // Too few clear crossings are the cause, save where noise hides them or more of them would
+        // not help.
         (Err(reason), Err(FitError::NotExcited(unclear))) => {
-            let hidden = matches!(unclear, NotExcited::NoiseHidesLoad { .. });
+            let hidden = matches!(unclear, NotExcited::NoiseHidesLoad { .. })
+                || matches!(reason, NotExcited::ShaftTooFast { .. });
             Err(cause(log, if hidden { reason } else { unclear }).into())
         }
         (Err(_), Err(error)) => Err(error),

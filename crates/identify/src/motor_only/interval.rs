@@ -82,7 +82,10 @@ impl Search<'_> {
                 continue;
             }
             let gap = best.x[HALF_GAP];
-            let interval_rad = [gap * (1.0 - low.distance), gap * (1.0 + high.distance)];
+            // About a regular minimum both sides are alike; a side that is narrower is so because
+            // impacts make the cost rough.
+            let distance = low.distance.max(high.distance);
+            let interval_rad = [gap * (1.0 - distance), gap * (1.0 + distance)];
             let quantile = 0.5 * (low.quantile + high.quantile);
             let standard_error_rad = 0.5 * (interval_rad[1] - interval_rad[0]) / quantile;
             // Parts that disagree show errors that last longer than a block: the interval widens
