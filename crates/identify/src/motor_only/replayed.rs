@@ -56,9 +56,6 @@ const COMPLIANCE_ERROR_SHARE: f64 = 2e-2;
 /// Ratio of the difference of two costs to its standard error below which a rival minimum is not
 /// rejected. A choice: one rival of a hundred is taken for worse by chance.
 const SURE_RATIO: f64 = 2.3;
-/// Distance of such a rival, in parts of the gap, up to which the interval is widened to hold it. A
-/// choice: half of the widest interval that is of use.
-const MAX_RIVAL_SHARE: f64 = 0.14;
 
 /// The fit; `None` if the log has too little of motion for a replay.
 pub(super) fn replayed(
@@ -135,17 +132,13 @@ pub(super) fn replayed(
         let rival = answer.rivals.first().unwrap_or(&answer.found);
         return Some(Err(several(&answer.found, rival)));
     };
-    // A rival that the log does not reject is an answer, too: the interval holds it with its own.
-    let [mut low, mut high] = profile.interval_rad;
+    // A rival that the log does not reject is an answer, too.
+    let [low, high] = profile.interval_rad;
     let half_gap = profile.found.x[replay::HALF_GAP];
-    let (below, above) = (half_gap - low, high - half_gap);
     for rival in &answer.rivals {
-        let gap = rival.x[replay::HALF_GAP];
-        if search.ratio(&profile.found, rival, &numbers) < SURE_RATIO {
-            if (gap - half_gap).abs() > MAX_RIVAL_SHARE * half_gap {
-                return Some(Err(several(&profile.found, rival)));
-            }
-            (low, high) = (low.min(gap - below), high.max(gap + above));
+        let beside = rival.x[replay::HALF_GAP] < low || high < rival.x[replay::HALF_GAP];
+        if beside && search.ratio(&profile.found, rival, &numbers) < SURE_RATIO {
+            return Some(Err(several(&profile.found, rival)));
         }
     }
     let found = &profile.found;
