@@ -13,22 +13,13 @@ use std::path::{Path, PathBuf};
 const FIRST_SEED: u64 = 2_610_000;
 /// Logs in a row.
 const LOGS: u64 = 20;
-/// Seeds for the fits from the motor alone, which were made later and take seconds: of [`WHOLE`] all
-/// of them, of the others the last [`MOTOR_LOGS`].
-const MOTOR_SEEDS: Range<u64> = 9_720_000..9_720_012;
-const MOTOR_LOGS: u64 = 6;
-/// Kinds from the motor alone that are measured on all of their seeds.
-const WHOLE: [&str; 3] = [
-    "clean, motor only",
-    "noise 0.5 %, motor only",
-    "noise 2 %, motor only",
-];
+/// Seeds for the fits from the motor alone, which were made later and take seconds.
+const MOTOR_SEEDS: Range<u64> = 9_730_000..9_730_012;
 
 /// The seeds of a kind.
 fn seeds(kind: Kind) -> Range<u64> {
     match kind.given {
-        Given::MotorOnly if WHOLE.contains(&kind.name) => MOTOR_SEEDS,
-        Given::MotorOnly => MOTOR_SEEDS.end - MOTOR_LOGS..MOTOR_SEEDS.end,
+        Given::MotorOnly => MOTOR_SEEDS,
         Given::Everything | Given::NoAxis => FIRST_SEED..FIRST_SEED + LOGS,
     }
 }
