@@ -31,10 +31,13 @@ impl Adaptive {
         } else {
             Readings::default()
         };
-        let nil = learned.gap_readings > 0 && half_gap + 2.0 * deviation <= self.negligible;
+        let nil = learned.gap_readings > 0 && self.is_nil(half_gap, deviation);
+        let learning = LearningState::known(&load, &learned.covariance(), inertia, rated);
+        let mut crossing = self.crossing.initial(motor_position, &load);
+        crossing.trusts_twin = learning.is_anchored();
         AdaptiveState {
-            crossing: self.crossing.initial(motor_position, &load),
-            learning: LearningState::known(&load, &learned.covariance(), inertia, rated),
+            crossing,
+            learning,
             load,
             watch: Watch::default(),
             reading: None,

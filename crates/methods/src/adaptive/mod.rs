@@ -338,12 +338,17 @@ impl Adaptive {
                 .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
             if agrees {
                 state.learning.anchor(said.load.0[0] / self.motor.inertia);
+                state.crossing.trusts_twin = state.learning.is_anchored();
             }
         }
         if hints(&said, self.negligible) {
             state.gap.hint(said.half_gap);
         }
-        state.trust.nil = self.is_nil(&state.gap);
+        // what a memory said stands until a reading counts
+        if state.gap.count > 0 {
+            let deviation = state.gap.variance.max(0.0).sqrt();
+            state.trust.nil = self.is_nil(state.gap.value, deviation);
+        }
         state.used = if state.trust.nil {
             0.0
         } else {
@@ -379,9 +384,9 @@ impl Adaptive {
             && tells
     }
 
-    /// Whether a gap on which readings agree is certainly too small to matter.
-    fn is_nil(&self, gap: &Readings) -> bool {
-        gap.count > 0 && gap.value + 2.0 * gap.variance.max(0.0).sqrt() <= self.negligible
+    /// Whether a half gap with this standard deviation, rad, is certainly too small to matter.
+    fn is_nil(&self, half_gap: f64, deviation: f64) -> bool {
+        half_gap + 2.0 * deviation <= self.negligible
     }
 }
 
@@ -467,7 +472,6 @@ impl Compensator for Adaptive {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // used as far as this axis and those that move with it are ready
         let used = state.trust.used(state.used);
-        state.crossing.trusts_twin = state.learning.is_anchored();
         let mut correction = self
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
