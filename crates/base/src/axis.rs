@@ -5,10 +5,13 @@ use serde::{Deserialize, Serialize};
 /// How many axes a part program can name: X Y Z A B C U V W.
 pub const AXES: usize = 9;
 
-/// An axis of the part program. The discriminant is its index in [`crate::Coords`].
+/// An axis of the part program.
+///
+/// The discriminant is its index in [`crate::Coords`].
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u8)]
 pub enum AxisId {
     /// Linear, mm.

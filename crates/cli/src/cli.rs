@@ -8,9 +8,11 @@ use crate::output::Failure;
 use crate::parts::check::{Check, Lint, check, lint};
 use crate::parts::gcode::{self, Canon, Explain, FormatPart, GcodeCommand, WritePart};
 use crate::parts::plan::{self, Plan};
+use crate::parts::report::{self, Report};
 use crate::parts::simulate::{self, Compare, Simulate};
 use crate::parts::time::{self, Time};
-use crate::shell::{Completions, ManPages, completions, man};
+use crate::parts::watch::{self, Watch};
+use crate::shell::{Completions, ManPages, Schema, completions, man, schema};
 use crate::study::{self, Paper, StudyCommand};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -39,11 +41,16 @@ pub(crate) struct Cli {
 /// Headings of `--help`, each with its commands. clap has no headings for commands, so the list is
 /// made here; a test holds it to the commands that are not hidden.
 const HEADINGS: [(&str, &[&str]); 5] = [
-    ("Parts", &["simulate", "time", "check", "plan", "gcode"]),
+    (
+        "Parts",
+        &[
+            "simulate", "watch", "report", "time", "check", "plan", "gcode",
+        ],
+    ),
     ("Machines and methods", &["machine", "method"]),
     ("Drives and measured data", &["axis"]),
     ("Research", &["study"]),
-    ("This program", &["completions", "man"]),
+    ("This program", &["schema", "completions", "man"]),
 ];
 
 /// The commands under their headings, each with the first sentence of what it does.
@@ -76,7 +83,8 @@ fn program() -> clap::Command {
 
 /// What the program's exit codes mean.
 const AFTER: &str = "Exit codes: 0 done, and within tolerance where there is one; 1 outside \
-tolerance, a machine that stops, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C.";
+tolerance, a machine that stops, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C. \
+Of several methods the recommended one decides; 1 where none can be recommended.";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -84,6 +92,10 @@ enum Command {
     /// Run a part program on a machine: contour error against a tolerance, with the blocks that
     /// cause it; several compensation methods side by side with --methods
     Simulate(Simulate),
+    /// Run a part program again whenever its files change, with its page for a browser
+    Watch(Watch),
+    /// Set the answers of several runs side by side: machines, settings or versions of a program
+    Report(Report),
     /// Show where the time of a part program goes: by block, by kind, by what limits it, and what
     /// better limits would save
     Time(Time),
@@ -107,6 +119,8 @@ enum Command {
     /// Run the studies behind the methods
     #[command(subcommand)]
     Study(StudyCommand),
+    /// Print the JSON Schema of a document that this program writes
+    Schema(Schema),
     /// Print completions for a shell
     Completions(Completions),
     /// Print or write man pages
@@ -154,11 +168,13 @@ impl Cli {
     }
 
     /// Runs the command asked for; returns its exit code.
-    pub(crate) fn run(&self) -> Result<u8, Failure> {
+    pub(crate) fn run(&mut self) -> Result<u8, Failure> {
         let quiet = self.quiet;
-        match &self.command {
+        match &mut self.command {
             Command::Simulate(args) => simulate::run(args, quiet),
             Command::Compare(args) => simulate::compare(args, quiet),
+            Command::Watch(args) => match watch::run(args, quiet)? {},
+            Command::Report(args) => report::run(args),
             Command::Time(args) => time::run(args, quiet),
             Command::Check(args) => check(args, quiet),
             Command::Plan(args) => plan::run(args, quiet),
@@ -173,6 +189,7 @@ impl Cli {
             Command::Axis(command) => axis::run(command, quiet),
             Command::Fit(args) => axis::fit(args, quiet),
             Command::Study(command) => study::run(command, quiet),
+            Command::Schema(args) => schema(args),
             Command::Completions(args) => completions(args, program()),
             Command::Man(args) => man(args, Cli::command()),
             Command::Reproduce(Reproduce::Paper(args)) => study::paper(args),

@@ -7,8 +7,11 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::ValueEnum;
 use lostmotion::base::{BlockRef, Span};
 use lostmotion::gcode::{Diagnostics, Provenance, Severity};
-use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
+use lostmotion::report::findings::{
+    BlockRecorder, Counts, Finding, Origin, write_json, write_sarif,
+};
 use lostmotion::sim::Program;
+use lostmotion::sim::results::MethodResult;
 use std::io::BufRead;
 
 /// Form of findings about a part program.
@@ -155,6 +158,18 @@ impl<'a> Findings<'a> {
             Severity::Warning => self.counts.warnings += 1,
             Severity::Note => self.counts.notes += 1,
         }
+    }
+
+    /// Adds what a run found with one of its methods: blocks outside the tolerance, and where the
+    /// machine stops.
+    pub(crate) fn add_run(&mut self, blocks: &BlockRecorder, method: usize, result: &MethodResult) {
+        let origin = Origin {
+            program: self.source.name(),
+            provenance: &self.provenance,
+        };
+        let found = blocks.findings(method, result, &origin);
+        self.counts.errors += found.len() as u64;
+        self.list.extend(found);
     }
 
     /// The findings in the form asked for.

@@ -141,6 +141,12 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
     })?;
     let mut told = config.clone();
     told.compensation.tell_gap(Gap::MotorRad(gap_rad));
+    // Methods err small by as much as the log leaves open.
+    let [least, _] = result.gap_interval;
+    let open = (result.gap - least) / result.gap;
+    if open > told.compensation.gap_uncertainty && open < 1.0 {
+        told.compensation.gap_uncertainty = open;
+    }
     // Without the axis the fit counts in the log's units: its load would be wrong by a factor.
     told.compensation.fitted_lookup.load = result
         .fit

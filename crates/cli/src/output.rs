@@ -45,20 +45,24 @@ impl Failure {
         }
     }
 
-    /// Prints the failure on stderr and returns the exit code. A closed stderr is ignored.
-    pub(crate) fn report(&self) -> ExitCode {
-        let mut stderr = io::stderr().lock();
-        let _ = match self {
+    /// The whole message.
+    pub(crate) fn text(&self) -> String {
+        match self {
             Failure::Message { text, hint } => {
                 let hint = if hint.is_empty() {
                     String::new()
                 } else {
                     format!("\nhint: {}", legible(hint))
                 };
-                writeln!(stderr, "error: {}{hint}", legible(text))
+                format!("error: {}{hint}", legible(text))
             }
-            Failure::Rendered(text) => writeln!(stderr, "{}", text.trim_end()),
-        };
+            Failure::Rendered(text) => text.trim_end().to_owned(),
+        }
+    }
+
+    /// Prints the failure on stderr and returns the exit code. A closed stderr is ignored.
+    pub(crate) fn report(&self) -> ExitCode {
+        let _ = writeln!(io::stderr().lock(), "{}", self.text());
         ExitCode::from(BAD_INPUT)
     }
 }
@@ -270,8 +274,13 @@ impl Progress {
         } else {
             done as f64 / total as f64
         };
-        bar.set_position((part.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
-        bar.set_message(format!("{simulated_s:.0} s of machine time"));
+        let part = part.clamp(0.0, 1.0);
+        bar.set_position((part * BAR_STEPS as f64) as u64);
+        bar.set_message(progress_text(
+            self.started.elapsed().as_secs_f64(),
+            part,
+            simulated_s,
+        ));
     }
 
     /// Takes the bar away.
@@ -288,10 +297,41 @@ impl Drop for Progress {
     }
 }
 
+/// How far a run is after a time, s: machine time, rate, and the time left if it goes on as it did
+/// from its start. A whole second is left until it is done.
+fn progress_text(elapsed_s: f64, part: f64, simulated_s: f64) -> String {
+    let rate = simulated_s / elapsed_s.max(1e-9);
+    let left = if part > 0.0 {
+        let left_s = (elapsed_s * (1.0 - part) / part).ceil();
+        match left_s {
+            left_s if left_s < 120.0 => format!("{left_s:.0} s left"),
+            left_s => format!("{} left", lostmotion::report::number::duration(left_s)),
+        }
+    } else {
+        "time left not known yet".to_owned()
+    };
+    format!("{simulated_s:.0} s of motion, {rate:.0} x real time, {left}")
+}
+
 fn new_bar() -> ProgressBar {
     let bar = ProgressBar::new(BAR_STEPS);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}") {
         bar.set_style(style);
     }
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::progress_text;
+
+    #[test]
+    fn the_time_left_is_that_of_the_rest_at_the_rate_so_far() {
+        // 4 % in 2 s: 48 s for the rest.
+        let text = progress_text(2.0, 0.04, 500.0);
+        assert_eq!(text, "500 s of motion, 250 x real time, 48 s left");
+        assert!(progress_text(2.0, 0.0, 0.0).ends_with("not known yet"));
+        assert!(progress_text(10.0, 0.999, 99.0).ends_with(", 1 s left"));
+        assert!(progress_text(60.0, 0.1, 1.0).ends_with(", 9 min 0 s left"));
+    }
 }

@@ -1,10 +1,13 @@
-//! `lostmotion completions` and `lostmotion man`: the command line for shells and for `man`.
+//! `lostmotion completions`, `lostmotion man` and `lostmotion schema`: the command line for shells
+//! and for `man`, its documents for other programs.
 
+use crate::options::Names;
 use crate::output::{self, DONE, Failure};
 use clap::{Args, Command, ValueHint};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use lostmotion::report::WriteError;
+use lostmotion::report::schema::{Document, UnknownDocument, schema as schema_of};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -25,6 +28,37 @@ pub(crate) struct ManPages {
     /// Write the pages of all commands into this folder; made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
+}
+
+/// `schema`.
+#[derive(Debug, Args)]
+pub(crate) struct Schema {
+    /// Document that the schema is of; a list of them, if left out
+    #[arg(value_name = "NAME", value_parser = documents())]
+    document: Option<String>,
+}
+
+/// Names of documents with a schema.
+fn documents() -> Names {
+    let named = Document::ALL.map(|document| (document.name(), document.written_by()));
+    Names::new("document", named)
+}
+
+/// Prints the schema of a document, or which documents have one.
+pub(crate) fn schema(args: &Schema) -> Result<u8, Failure> {
+    let Some(name) = &args.document else {
+        let row =
+            |document: Document| format!("{:<12} {}\n", document.name(), document.written_by());
+        output::print(&Document::ALL.map(row).concat())?;
+        return Ok(DONE);
+    };
+    let document: Document = name
+        .parse()
+        .map_err(|error: UnknownDocument| Failure::message(error.to_string()))?;
+    let text = serde_json::to_string_pretty(&schema_of(document))
+        .map_err(|error| Failure::message(format!("cannot write the schema: {error}")))?;
+    output::print(&format!("{text}\n"))?;
+    Ok(DONE)
 }
 
 /// Prints a completion file.

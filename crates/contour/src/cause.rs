@@ -8,6 +8,7 @@ use crate::{ContourSample, ReversalState};
 
 /// The cause of a contour error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
 pub enum Cause {
     /// Lost motion, friction or wind-up after a reversal of an axis.

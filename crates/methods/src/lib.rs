@@ -81,6 +81,11 @@ macro_rules! methods {
             /// whatever the method; it changes nothing but traces.
             #[serde(skip_serializing_if = "is_default")]
             pub estimate_shaft: bool,
+            /// How far off a gap that a method is told may be, as a part of it, below 1. A method
+            /// that is told too much moves the tool beyond where it left it, one that is told too
+            /// little leaves some of the gap; so methods take the least that the gap may be.
+            #[serde(skip_serializing_if = "is_default")]
+            pub gap_uncertainty: f64,
             /// What a method that learns starts from; not in machine files.
             #[serde(skip)]
             pub learned: Option<AxisMemory>,
@@ -118,6 +123,13 @@ macro_rules! methods {
         impl CompensatorSettings for CompensationConfig {
             /// Checks the settings of every method, whichever is used.
             fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+                if !(0.0..1.0).contains(&self.gap_uncertainty) {
+                    return Err(AxisConfigError::Range {
+                        key: "gap_uncertainty".to_owned(),
+                        value: self.gap_uncertainty,
+                        allowed: "0 (the gap is known) or more, and below 1".to_owned(),
+                    });
+                }
                 $($(<$file::$settings as Settings>::check(&self.$file, transmission)
                     .map_err(|error| error.within(stringify!($file)))?;)?)*
                 Ok(())

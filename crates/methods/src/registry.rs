@@ -1,12 +1,14 @@
 //! The open set of compensators: what a registered one declares, and how an axis gets one by name.
 
 use crate::shaft::Observed;
+use crate::told::{Misled, Told};
 use crate::{AxisConfig, METHODS, NAMES};
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::check::AxisConfigError;
 use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::{AxisError, AxisRunner, AxisSim, AxisStart, Compensator, MethodInfo};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
@@ -157,6 +159,28 @@ impl MethodId {
         self.0.info.knows.load
     }
 
+    /// Whether it is told this quantity.
+    pub fn is_told(self, what: Told) -> bool {
+        match what {
+            Told::Gap => self.told_gap(),
+            Told::Friction | Told::Stiffness => self.told_load(),
+        }
+    }
+
+    /// The description that it is made from: of a gap that is known to a part only
+    /// (`compensation.gap_uncertainty`), the least that it may be.
+    fn heeds(self, axis: &AxisConfig) -> Cow<'_, AxisConfig> {
+        let uncertainty = axis.compensation.gap_uncertainty;
+        if uncertainty == 0.0 || !self.told_gap() {
+            return Cow::Borrowed(axis);
+        }
+        let least = Misled {
+            what: Told::Gap,
+            factor: 1.0 - uncertainty,
+        };
+        Cow::Owned(least.of(axis))
+    }
+
     /// Whether it works on this axis, whose description has been checked.
     ///
     /// # Errors
@@ -280,7 +304,7 @@ pub fn build_runner_from(
     config.check()?;
     method.suits(config)?;
     start.check(config)?;
-    Ok((method.0.build)(config, config, start))
+    Ok((method.0.build)(config, &method.heeds(config), start))
 }
 
 /// As [`build_runner`], of a drive that was told another axis than it moves: the method is made
@@ -310,7 +334,7 @@ pub fn build_misled(
     method.suits(told)?;
     let start = AxisStart::at(start_position);
     start.check(config)?;
-    Ok((method.0.build)(config, told, &start))
+    Ok((method.0.build)(config, &method.heeds(told), &start))
 }
 
 /// An axis with your own compensator: the counterpart of [`build_runner`] for types

@@ -4,12 +4,13 @@
 //! with temperature. A method that works only with exact values works on paper; [`Misled`] makes
 //! the description that a drive with wrong values has, so that the same axis can be run with it.
 
-use crate::{AxisConfig, MethodId};
+use crate::AxisConfig;
 use lostmotion_drive::config::{Load, Reflected};
 use serde::{Deserialize, Serialize};
 
 /// A quantity that a method may be told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Told {
@@ -34,18 +35,11 @@ impl Told {
             Told::Stiffness => "stiffness",
         }
     }
-
-    /// Whether a method is told it.
-    pub fn is_told_to(self, method: MethodId) -> bool {
-        match self {
-            Told::Gap => method.told_gap(),
-            Told::Friction | Told::Stiffness => method.told_load(),
-        }
-    }
 }
 
 /// One quantity that is told wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Misled {
     /// Which.
     pub what: Told,

@@ -12,6 +12,9 @@ pub mod findings;
 pub mod json;
 pub mod number;
 pub mod page;
+pub mod runs;
+#[cfg(feature = "schema")]
+pub mod schema;
 pub mod svg;
 pub mod text;
 

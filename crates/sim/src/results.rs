@@ -8,7 +8,7 @@
 use crate::machine::Memory;
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
-use lostmotion_methods::{MethodId, Misled};
+use lostmotion_methods::{MethodId, Misled, Told};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`Run`] and [`SingleRun`].
@@ -16,6 +16,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 
 /// Distribution of an error's magnitude over the samples of one kind of motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ErrorStats {
@@ -37,6 +38,7 @@ pub struct ErrorStats {
 
 /// One block of the program and how far the tool left its contour.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct BlockResult {
@@ -64,6 +66,7 @@ pub struct BlockResult {
 
 /// Decomposition of one signed contour error, um. The sum is the error itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ErrorParts {
@@ -77,6 +80,7 @@ pub struct ErrorParts {
 
 /// One reversal of one axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ReversalResult {
@@ -98,6 +102,7 @@ pub struct ReversalResult {
 
 /// One axis over the whole run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct AxisResult {
@@ -126,6 +131,7 @@ pub struct AxisResult {
 /// How near the motors of an axis came to the limits that stop the machine, as parts of them: 1 is
 /// the limit. 0 where nothing is watched; on a gantry the larger of both motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct LimitsUsed {
@@ -144,6 +150,7 @@ pub struct LimitsUsed {
 /// Skew of an axis that two motors drive: how far its first end is ahead of the second while
 /// anything moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct GantryResult {
@@ -161,6 +168,7 @@ pub struct GantryResult {
 
 /// What a control watches while a machine moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum StopLimit {
@@ -188,6 +196,7 @@ impl std::fmt::Display for StopLimit {
 
 /// Where and why the control stops the machine, in a command cycle.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct StopResult {
@@ -228,6 +237,7 @@ impl StopResult {
 
 /// How one method did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct MethodResult {
@@ -279,6 +289,7 @@ pub struct MethodResult {
 
 /// How a method does where the drive is told one quantity of its axes wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct MisledResult {
@@ -296,6 +307,7 @@ pub struct MisledResult {
 
 /// The program that was run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ProgramInfo {
@@ -316,6 +328,7 @@ pub struct ProgramInfo {
 
 /// The plan, common to all methods.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct PlanInfo {
@@ -354,6 +367,7 @@ fn is_zero(value: &f64) -> bool {
 
 /// Interventions that came too late to do anything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LateInterventions {
     /// How many.
     pub count: u64,
@@ -382,10 +396,11 @@ pub struct LateInterventions {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct Run {
-    /// [`SCHEMA_VERSION`].
+    /// Version of this form, [`SCHEMA_VERSION`].
     pub schema: u32,
     /// The program.
     pub program: ProgramInfo,
@@ -405,6 +420,27 @@ pub struct Run {
     /// others one that keeps the tolerance, with the smallest RMS in the worst of these runs.
     /// `None` if there is one method, or none that can be recommended.
     pub recommended: Option<String>,
+    /// What it would take to recommend another one: that which is best where everything is told
+    /// right, if it is not the one that is safe where something is told wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<Trust>,
+}
+
+/// How well the axes have to be known for a method to be recommended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Trust {
+    /// The method.
+    pub method: String,
+    /// The quantities that have to be known better.
+    pub told: Vec<Told>,
+    /// Largest part of the values tried by which they may be off; `None` if the method is not
+    /// safe even with the smallest one.
+    pub within: Option<f64>,
+    /// The smallest part tried.
+    pub least: f64,
 }
 
 /// A block of a run, for a listing.
@@ -441,10 +477,28 @@ impl Run {
         self.first().into_iter().flat_map(MethodResult::blocks)
     }
 
-    /// Whether the first method keeps the tolerance on all cutting moves, and the machine is not
-    /// stopped.
+    /// The method whose verdict is that of the run: of several the recommended one, `None` where
+    /// none can be recommended.
+    pub fn deciding(&self) -> Option<&MethodResult> {
+        self.results.get(self.deciding_index()?)
+    }
+
+    /// Where [`Run::deciding`] is among the results.
+    pub fn deciding_index(&self) -> Option<usize> {
+        match &self.recommended {
+            Some(name) => self
+                .results
+                .iter()
+                .position(|result| result.method == *name),
+            None => (self.results.len() == 1).then_some(0),
+        }
+    }
+
+    /// Whether the method that decides ([`Run::deciding`]) keeps the tolerance on all cutting
+    /// moves, and the machine is not stopped; false where no method can be recommended.
     pub fn is_within_tolerance(&self) -> bool {
-        self.first().is_some_and(|result| result.within_tolerance)
+        self.deciding()
+            .is_some_and(|result| result.within_tolerance)
     }
 
     /// The same for the first method alone; `None` for a run without any.
@@ -464,10 +518,11 @@ impl Run {
 
 /// Answer of a run with one method, as `simulate` writes it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SingleRun {
-    /// [`SCHEMA_VERSION`].
+    /// Version of this form, [`SCHEMA_VERSION`].
     pub schema: u32,
     /// The program.
     pub program: ProgramInfo,
@@ -477,10 +532,27 @@ pub struct SingleRun {
     pub tolerance_um: f64,
     /// The plan.
     pub plan: PlanInfo,
-    /// As [`Run::without_gap`].
+    /// The same machine without any gap and without compensation: the best that compensation can
+    /// reach, um on cutting moves.
     pub without_gap: ErrorStats,
     /// The method.
     pub result: MethodResult,
+}
+
+impl From<SingleRun> for Run {
+    fn from(single: SingleRun) -> Run {
+        Run {
+            schema: single.schema,
+            program: single.program,
+            machine: single.machine,
+            tolerance_um: single.tolerance_um,
+            plan: single.plan,
+            without_gap: single.without_gap,
+            results: vec![single.result],
+            recommended: None,
+            trust: None,
+        }
+    }
 }
 
 impl MethodResult {
@@ -534,6 +606,7 @@ impl Harm {
 
 /// The largest distance of a way that is no straight line from a straight one, and where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct Straightness {

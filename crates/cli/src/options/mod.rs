@@ -26,6 +26,19 @@ pub(crate) enum Format {
     Json,
 }
 
+/// Form of the answer of a run on stdout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RunFormat {
+    /// Tables for people
+    #[default]
+    Text,
+    /// Versioned JSON for programs
+    Json,
+    /// Blocks outside the tolerance, and what is found in the program, as SARIF 2.1.0 for editors
+    /// and code hosts
+    Sarif,
+}
+
 /// The answer in the form asked for.
 pub(crate) fn show(format: Format, json: &str, text: &str) -> Result<(), Failure> {
     output::print(match format {

@@ -1,11 +1,16 @@
-//! `lostmotion simulate`, `time`, `check`, `plan`, `gcode`: what is done with a part program.
+//! `lostmotion simulate`, `time`, `check`, `plan`, `gcode`, `report`,
+//! `watch`: what is done with a part
+//! program and with the answers about it.
 
 pub(crate) mod check;
 pub(crate) mod gcode;
 pub(crate) mod plan;
 mod record;
+pub(crate) mod report;
+mod serve;
 pub(crate) mod simulate;
 pub(crate) mod time;
+pub(crate) mod watch;
 
 use crate::findings::{Findings, Form, Voice};
 use crate::options::part::interpret;
@@ -130,13 +135,21 @@ fn accepted(
     if voice.diagnostics == Form::Text {
         return Ok(());
     }
-    // The run keeps warnings as text alone; a document needs places and values, so the program is
-    // read once more.
+    found(program, machine, options)?.remark(voice)
+}
+
+/// What the front end finds in a program, with places and values: a run keeps warnings as text
+/// alone, so the program is read once more.
+fn found<'a>(
+    program: &'a Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+) -> Result<Findings<'a>, Failure> {
     let config = lostmotion::sim::interpreter_config(machine, options);
     let mut reading = interpret(program, config, options.loader.clone())?;
     // The diagnostics are complete only when the interpreter has reached the end.
     for _ in reading.by_ref() {}
-    Findings::of(program, reading.diagnostics()).remark(voice)
+    Ok(Findings::of(program, reading.diagnostics()))
 }
 
 /// A result as JSON text.

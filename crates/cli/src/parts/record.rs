@@ -7,6 +7,7 @@ use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::{
     BlockWriter, ContourWriter, MotorWriter, ReversalWriter, TraceRange,
 };
+use lostmotion::report::findings::BlockRecorder;
 use lostmotion::report::page::{PageRecorder, page};
 use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
 use lostmotion::report::{WriteError, number};
@@ -15,6 +16,7 @@ use lostmotion::sim::{ContourPoint, Machine, MotorPoint, Observer, Program};
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A method's trace in the picture has at most twice this many points. A choice: more than a panel
 /// has pixels across.
@@ -98,7 +100,14 @@ pub(crate) struct Record {
     /// What a page shows, if one is written, and its own file, if it has one.
     page: Option<PageRecorder>,
     html: Option<AtomicFile>,
+    /// Where the page is wanted as text, too.
+    served: Option<PageSlot>,
+    /// Blocks outside the tolerance, where they are the answer.
+    blocks: Option<BlockRecorder>,
 }
+
+/// Takes the page of a run for whoever shows it.
+pub(crate) type PageSlot = Arc<Mutex<String>>;
 
 /// Name of the page in a folder of results.
 const PAGE_NAME: &str = "page.html";
@@ -195,7 +204,30 @@ impl Record {
             files,
             page: with_page.then(|| PageRecorder::new(methods.len())),
             html,
+            served: None,
+            blocks: None,
         })
+    }
+
+    /// The same, with the page as text in a slot.
+    pub(crate) fn with_page_in(mut self, slot: &PageSlot) -> Record {
+        let methods = self.methods.len();
+        self.page.get_or_insert_with(|| PageRecorder::new(methods));
+        Record {
+            served: Some(Arc::clone(slot)),
+            ..self
+        }
+    }
+
+    /// The same, keeping the blocks that are outside a tolerance, um.
+    pub(crate) fn with_blocks_outside(self, tolerance_um: f64) -> Record {
+        let blocks = Some(BlockRecorder::new(self.methods.len(), tolerance_um));
+        Record { blocks, ..self }
+    }
+
+    /// The blocks outside the tolerance, if they were kept.
+    pub(crate) fn take_blocks_outside(&mut self) -> Option<BlockRecorder> {
+        self.blocks.take()
     }
 
     /// Writes the answer, the picture and the page, and gives all files their names. Without
@@ -214,6 +246,10 @@ impl Record {
             let written = file.write_all(page.as_bytes());
             written.map_err(|error| WriteError::io("write", file.path(), error))?;
             file.commit()?;
+        }
+        if let Some(slot) = &self.served {
+            let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
+            slot.clone_from(&page);
         }
         let Some(mut files) = self.files else {
             return Ok(());
@@ -312,6 +348,9 @@ impl Observer for Record {
     }
 
     fn blocks(&mut self, method: usize, rows: &[BlockResult]) {
+        if let Some(blocks) = &mut self.blocks {
+            blocks.push(method, rows);
+        }
         if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
             let result = files.blocks.push(name, rows);
             files.keep(result);
@@ -341,7 +380,9 @@ impl Observer for Record {
     fn wants_motors(&self) -> bool {
         // They cost more than all else of a page: that of a folder shows them if they are there.
         let files = self.files.as_ref();
-        self.html.is_some() || files.is_some_and(|files| files.motors.is_some())
+        self.html.is_some()
+            || self.served.is_some()
+            || files.is_some_and(|files| files.motors.is_some())
     }
 
     fn motors(&mut self, method: usize, points: &[MotorPoint]) {

@@ -1,24 +1,23 @@
 //! `lostmotion simulate`: a part program on a machine, with one method or several.
 
-use super::record::{Answer, Record, Trace};
-use super::{accepted, failure, shown, to_json};
+use super::record::{Answer, PageSlot, Record, Trace};
+use super::{accepted, failure, found, shown, to_json};
 use crate::commission::LearnedFiles;
 use crate::findings::{Form, Voice};
 use crate::input;
 use crate::options::machine::{Drives, with_fits};
 use crate::options::part::OnMachine;
-use crate::options::{
-    Format, Interventions, Names, Quality, methods, number, show, threads, whole,
-};
-use crate::output::{DONE, FOUND, Failure, refuse_input, refuse_inputs, remark};
+use crate::options::{Interventions, Names, Quality, RunFormat, methods, number, threads, whole};
+use crate::output::{DONE, FOUND, Failure, print, refuse_input, refuse_inputs, remark};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
+use lostmotion::report::findings::BlockRecorder;
 use lostmotion::report::text;
 use lostmotion::report::text::TextOptions;
 use lostmotion::sim::control::{Control, UnknownControl};
-use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
+use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation, results};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// What `simulate` and `compare` share.
 #[derive(Debug, Args)]
@@ -55,13 +54,16 @@ pub(crate) struct Run {
     pub(crate) control: Option<String>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Format,
+    pub(crate) format: RunFormat,
     /// Folder for result, tables, picture and page; made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Also write the result as a page for a browser, one file that needs no network
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) html: Option<PathBuf>,
+    /// Where the page is wanted as text, too.
+    #[arg(skip)]
+    pub(crate) served: Option<PageSlot>,
     #[command(flatten)]
     pub(crate) trace: Trace,
     /// Tell the methods that may know it the gap of an axis, from a result of `axis fit`
@@ -89,6 +91,60 @@ impl Run {
             sensitivity: self.sensitivity.is_some_and(|percent| percent > 0.0),
             ..options
         }
+    }
+
+    /// Who looks on while these methods run. The folder is made now: a wrong one must not cost the
+    /// run.
+    fn record(
+        &self,
+        methods: &[String],
+        machine: &Machine,
+        quiet: bool,
+    ) -> Result<Record, Failure> {
+        let out = self.out.as_deref();
+        let record = Record::new(out, self.html.as_deref(), &self.trace, methods, quiet)?;
+        let record = match &self.served {
+            Some(slot) => record.with_page_in(slot),
+            None => record,
+        };
+        if self.format != RunFormat::Sarif {
+            return Ok(record);
+        }
+        let tolerance_um = self.tolerance_um.unwrap_or(machine.simulate().tolerance_um);
+        Ok(record.with_blocks_outside(tolerance_um))
+    }
+
+    /// Prints the answer in the form asked for.
+    fn print(
+        &self,
+        answer: &Answer<'_>,
+        options: &SimulateOptions,
+        text: &str,
+        outside: Option<BlockRecorder>,
+    ) -> Result<(), Failure> {
+        let (RunFormat::Sarif, Some(outside)) = (self.format, outside) else {
+            return print(if self.format == RunFormat::Text {
+                text
+            } else {
+                answer.json
+            });
+        };
+        let mut findings = found(answer.program, answer.machine, options)?;
+        // Of the method that decides; where none is recommended, of the first.
+        let index = answer.run.deciding_index().unwrap_or(0);
+        if let Some(result) = answer.run.results.get(index) {
+            findings.add_run(&outside, index, result);
+        }
+        print(&findings.render(Form::Sarif)?)
+    }
+}
+
+/// The exit code of a run: 0 where the method that decides keeps the tolerance.
+fn exit_code(run: &results::Run) -> u8 {
+    if run.is_within_tolerance() {
+        DONE
+    } else {
+        FOUND
     }
 }
 
@@ -216,6 +272,15 @@ pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
     one(&args.run, args.method.as_deref(), voice)
 }
 
+/// Runs a program as [`run`] does and answers the page of the result.
+pub(crate) fn page_of(args: &mut Simulate, quiet: bool) -> Result<String, Failure> {
+    let slot = PageSlot::default();
+    args.run.served = Some(PageSlot::clone(&slot));
+    run(args, quiet)?;
+    let page = slot.lock().unwrap_or_else(PoisonError::into_inner);
+    Ok(page.clone())
+}
+
 /// `compare`: several methods; all, if none is named.
 pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     several(
@@ -252,14 +317,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     };
     let methods = std::slice::from_ref(&label);
     run.learning.check(&methods_of(method, &machine))?;
-    // The folder is made first: a wrong one must not cost the run.
-    let mut record = Record::new(
-        run.out.as_deref(),
-        run.html.as_deref(),
-        &run.trace,
-        methods,
-        voice.quiet,
-    )?;
+    let mut record = run.record(methods, &machine, voice.quiet)?;
     let answer = simulation
         .options(options.clone())
         .observer(&mut record)
@@ -274,7 +332,8 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     run.learning.save(options.learned.as_deref(), learned)?;
     let json = to_json(&simulation)?;
     // Files get text without colour in full width; stdout gets what its terminal can show.
-    record.finish(&Answer {
+    let outside = record.take_blocks_outside();
+    let answer = Answer {
         program: &program,
         machine: &machine,
         run: &answer,
@@ -282,20 +341,15 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         json: &json,
         text_name: "simulation.txt",
         text: &text::simulation(&simulation, &run.listed(TextOptions::default())),
-    })?;
-    show(
-        run.format,
-        &json,
-        &text::simulation(&simulation, &run.listed(shown())),
-    )?;
-    Ok(if simulation.result.within_tolerance {
-        DONE
-    } else {
-        FOUND
-    })
+    };
+    record.finish(&answer)?;
+    let text = text::simulation(&simulation, &run.listed(shown()));
+    run.print(&answer, &options, &text, outside)?;
+    Ok(exit_code(answer.run))
 }
 
-/// Several methods side by side; all, if none is named. Exit code 0 whatever the verdicts are.
+/// Several methods side by side; all, if none is named. The exit code is that of the recommended
+/// one, and 1 where none can be recommended.
 fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(run, voice.quiet)?;
     // A document on stderr must not have a sentence before it.
@@ -306,13 +360,7 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         .filter_map(|name| name.parse().ok())
         .collect();
     run.learning.check(&named)?;
-    let mut record = Record::new(
-        run.out.as_deref(),
-        run.html.as_deref(),
-        &run.trace,
-        &methods,
-        voice.quiet,
-    )?;
+    let mut record = run.record(&methods, &machine, voice.quiet)?;
     let comparison = Simulation::new(&program, &machine)
         .methods(&methods)
         .options(options.clone())
@@ -326,7 +374,8 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         run.learning.save(options.learned.as_deref(), learned)?;
     }
     let json = to_json(&comparison)?;
-    record.finish(&Answer {
+    let outside = record.take_blocks_outside();
+    let answer = Answer {
         program: &program,
         machine: &machine,
         run: &comparison,
@@ -334,13 +383,11 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         json: &json,
         text_name: "comparison.txt",
         text: &text::comparison(&comparison, &run.listed(TextOptions::default())),
-    })?;
-    show(
-        run.format,
-        &json,
-        &text::comparison(&comparison, &run.listed(shown())),
-    )?;
-    Ok(DONE)
+    };
+    record.finish(&answer)?;
+    let text = text::comparison(&comparison, &run.listed(shown()));
+    run.print(&answer, &options, &text, outside)?;
+    Ok(exit_code(answer.run))
 }
 
 /// The methods asked for, each once; if none is named, all of them, without the one for fits where

@@ -672,3 +672,153 @@ fn codes_of_the_builder_stop_wait_and_call() {
         "{text}"
     );
 }
+
+#[test]
+fn blocks_outside_the_tolerance_are_sarif_where_asked_for() {
+    let bench = Bench::new();
+    // A note of the front end, and a circle in a subroutine, run twice.
+    bench.file(
+        "twice.ngc",
+        "G21 G90 G17\no<circle> sub\n  g3 i-9 f900\no<circle> endsub\nG0 X9\no<circle> call\no<circle> call\nM2\n",
+    );
+    let tight = ["--tolerance-um", "0.01", "--machine", "vmc3-worn"];
+    let arguments = |form| [&["simulate", "twice.ngc", "--format", form][..], &tight].concat();
+    let sarif: serde_json::Value =
+        serde_json::from_str(&bench.expect(1, &arguments("sarif"))).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_str(&bench.expect(1, &arguments("json"))).unwrap();
+    let results = sarif["runs"][0]["results"].as_array().unwrap();
+    let outside: Vec<_> = results
+        .iter()
+        .filter(|result| result["ruleId"] == "contour-error")
+        .collect();
+    // The circle once for each of its calls, with the error that the run tells.
+    assert_eq!(outside.len(), 2, "{sarif:#}");
+    let worst = json["result"]["cutting"]["max"].as_f64().unwrap();
+    let told = outside.iter().map(|result| {
+        let region = &result["locations"][0]["physicalLocation"]["region"];
+        assert_eq!(
+            (&region["startLine"], &result["level"]),
+            (&3.into(), &"error".into())
+        );
+        assert_eq!(region["snippet"]["text"], "  g3 i-9 f900");
+        assert!(result["stacks"][0]["frames"].is_array());
+        result["properties"]["values"]["max_um"]
+            .as_f64()
+            .unwrap()
+            .abs()
+    });
+    assert!((told.fold(0.0, f64::max) - worst).abs() < 1e-3);
+    assert!(
+        results
+            .iter()
+            .any(|result| result["ruleId"] == "lower-case")
+    );
+    // Within the tolerance nothing but the note is left.
+    let wide = [
+        "simulate",
+        "twice.ngc",
+        "--format",
+        "sarif",
+        "--tolerance-um",
+        "1000",
+    ];
+    assert!(!bench.expect(0, &wide).contains("contour-error"));
+}
+
+#[test]
+fn of_several_methods_the_recommended_one_decides_about_the_exit_code() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let compare = |methods, tolerance| {
+        [
+            "simulate",
+            "circle.ngc",
+            "-m",
+            "vmc3-worn",
+            "--format",
+            "json",
+            "--sensitivity",
+            "0",
+            "--methods",
+            methods,
+            "--tolerance-um",
+            tolerance,
+        ]
+    };
+    let parsed = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    let wide = parsed(bench.expect(0, &compare("none,lookup", "1000")));
+    let largest = |name: &str| {
+        let mut results = wide["results"].as_array().unwrap().iter();
+        let result = results.find(|result| result["method"] == name).unwrap();
+        result["cutting"]["max"].as_f64().unwrap()
+    };
+    let (none, lookup) = (largest("none"), largest("lookup"));
+    assert!(lookup + 0.2 < none, "{lookup} {none}");
+    // Between the two the recommended one keeps the tolerance that the first one does not.
+    let between = format!("{:.3}", 0.5 * (none + lookup));
+    let judged = parsed(bench.expect(0, &compare("none,lookup", &between)));
+    assert_eq!(judged["recommended"], "lookup");
+    assert_eq!(judged["results"][0]["within_tolerance"], false);
+    bench.expect(1, &compare("none,lookup", "0.01"));
+    // Methods that need a scale on the load are never recommended: nothing decides for the part.
+    let none = parsed(bench.expect(1, &compare("load-feedback,adaptive-inverse", "1000")));
+    assert_eq!(none["recommended"], serde_json::Value::Null);
+}
+
+#[test]
+fn answers_of_several_runs_are_set_side_by_side() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    for (machine, folder) in [("vmc3", "out/good"), ("vmc3-worn", "out/worn")] {
+        bench.run(&["simulate", "circle.ngc", "-m", machine, "-o", folder]);
+    }
+    let both = [
+        "simulate",
+        "circle.ngc",
+        "--methods",
+        "none,fixed",
+        "--format",
+        "json",
+    ];
+    bench.file("both.json", bench.run(&both).stdout);
+    let (good, worn) = ("out/good/simulation.json", "out/worn/simulation.json");
+    let text = bench.expect(0, &["report", good, worn, "--html", "side.html"]);
+    // Told apart by what their names do not share.
+    for part in [
+        "2 runs side by side",
+        "\ngood ",
+        "\nworn ",
+        "G3 X10 Y0 I-10 J0 F1000",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let page = std::fs::read_to_string(bench.path("side.html")).unwrap();
+    // The figures are those of the answers.
+    for path in [good, worn] {
+        let answer = std::fs::read_to_string(bench.path(path)).unwrap();
+        let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+        let max = answer["result"]["cutting"]["max"].as_f64().unwrap();
+        let shown = lostmotion::report::number::error(max);
+        assert!(
+            page.contains(&format!("<td class=\"n\">{shown}<td")),
+            "{shown}"
+        );
+    }
+    assert!(!page.contains("<script"));
+    let text = bench.expect(0, &["report", good, "both.json"]);
+    assert!(text.contains("\nboth.json "), "{text}");
+    // What is no answer is refused, and nothing is written over what is read.
+    bench
+        .file("other.json", "{\"schema\": 1}")
+        .file("no.json", "G1 X0");
+    bench.file("newer.json", "{\"schema\": 2, \"results\": []}");
+    bench.refuses(
+        &["report", good, "other.json"],
+        &["other.json", "neither `result` nor"],
+    );
+    bench.refuses(&["report", "no.json"], &["no.json", "line 1 column 1"]);
+    bench.refuses(&["report", "newer.json"], &["`schema` is 2"]);
+    bench.refuses(&["report", "missing.json"], &["missing.json"]);
+    bench.refuses(&["report", good, "--html", good], &["is the result"]);
+}

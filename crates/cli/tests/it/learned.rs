@@ -206,8 +206,9 @@ fn a_drawn_cell_says_what_was_known_and_when() {
     };
     let learned = of("learned.toml");
     let machine = learned.replace(".learned.toml", ".toml");
+    // The part comes out outside its tolerance with either method.
     bench.expect(
-        0,
+        1,
         &[
             "simulate",
             &of(".ngc"),

@@ -20,3 +20,4 @@ mod studies;
 mod surface;
 mod texts;
 mod tools;
+mod watch;

@@ -259,3 +259,96 @@ fn keys_have_types_units_defaults_ranges_and_meanings() {
         &["no key", "did you mean `axis.x.drive"],
     );
 }
+
+/// Holds a value to a schema as far as objects, lists and references go: every key of the value is
+/// described, and every required one is there.
+fn described(value: &serde_json::Value, schema: &serde_json::Value, root: &serde_json::Value) {
+    use serde_json::Value;
+    if let Some(name) = schema["$ref"].as_str() {
+        let target = name.trim_start_matches('#');
+        return described(value, root.pointer(target).unwrap(), root);
+    }
+    let choices = schema["anyOf"].as_array().or(schema["oneOf"].as_array());
+    if let Some(choices) = choices {
+        // An optional structure: what is not null is the structure.
+        let of = choices.iter().find(|choice| choice["$ref"].is_string());
+        if let (Some(of), false) = (of, value.is_null()) {
+            described(value, of, root);
+        }
+        return;
+    }
+    match value {
+        Value::Object(entries) => {
+            let known = schema["properties"].as_object().unwrap();
+            for (key, value) in entries {
+                let of = known.get(key);
+                described(
+                    value,
+                    of.unwrap_or_else(|| panic!("{key} of {schema}")),
+                    root,
+                );
+            }
+            for key in schema["required"].as_array().into_iter().flatten() {
+                assert!(
+                    entries.contains_key(key.as_str().unwrap()),
+                    "{key} is missing"
+                );
+            }
+        }
+        Value::Array(items) if schema["items"].is_object() => {
+            items
+                .iter()
+                .for_each(|item| described(item, &schema["items"], root));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn documents_follow_their_published_schemas() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", crate::bench::CIRCLE);
+    let parsed = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    let book = crates().join("../docs/book/src/reference/schema");
+    let documents = [
+        (
+            "simulation",
+            0,
+            &[
+                "simulate",
+                "circle.ngc",
+                "--format",
+                "json",
+                "--tolerance-um",
+                "99",
+            ][..],
+        ),
+        (
+            "comparison",
+            0,
+            &[
+                "simulate",
+                "circle.ngc",
+                "--methods",
+                "none,fixed",
+                "--format",
+                "json",
+                "--tolerance-um",
+                "99",
+            ],
+        ),
+        ("time", 0, &["time", "circle.ngc", "--format", "json"]),
+    ];
+    for (name, code, arguments) in documents {
+        let text = bench.expect(0, &["schema", name]);
+        hold(&book.join(format!("{name}.json")), &text);
+        let schema = parsed(text);
+        described(&parsed(bench.expect(code, arguments)), &schema, &schema);
+    }
+    let text = bench.expect(0, &["schema", "findings"]);
+    hold(&book.join("findings.json"), &text);
+    bench.refuses(
+        &["schema", "tim"],
+        &["no document \"tim\"", "did you mean `time`"],
+    );
+}

@@ -147,3 +147,33 @@ fn mirrored_input_gives_mirrored_output() {
     let difference = max_abs(forth.load.iter().zip(&mirrored.load).map(|(a, b)| a + b));
     assert!(difference < 1e-9 * rms(forth.load), "{difference}");
 }
+
+/// A gap that is known to a tenth is taken for the least that it may be: the same as a drive that
+/// is told that gap, and wrong by what is missing whichever way it is off.
+#[test]
+fn a_gap_known_to_a_part_only_is_taken_for_the_least_it_may_be() {
+    let mut config = mill_x(0.1, 10.0, None);
+    let motion = |t: f64| circle(10.0, 5.0, t);
+    let exact = run(&config, "lookup", &motion, 2.0).load;
+    let mut less = config.clone();
+    less.compensation.lookup.gap = Some(Gap::Um(9.0));
+    let told_less = run(&less, "lookup", &motion, 2.0).load;
+    config.compensation.lookup.gap = Some(Gap::Um(10.0));
+    config.compensation.gap_uncertainty = 0.1;
+    let uncertain = run(&config, "lookup", &motion, 2.0).load;
+    assert_ne!(uncertain, exact);
+    let apart = uncertain
+        .iter()
+        .zip(&told_less)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(apart < 1e-5, "{apart} mm");
+    // What is told no gap does not heed it.
+    let none = |config: &AxisConfig| run(config, "none", &motion, 2.0).load;
+    assert_eq!(none(&config), none(&less));
+    for wrong in [-0.1, 1.0, f64::NAN] {
+        config.compensation.gap_uncertainty = wrong;
+        let error = config.check().expect_err("out of range").to_string();
+        assert!(error.contains("compensation.gap_uncertainty"), "{error}");
+    }
+}

@@ -1,7 +1,9 @@
-//! What was found in a part program, for other programs: JSON and SARIF 2.1.0.
+//! What was found in a part program and by a run of it, for other programs: JSON and SARIF 2.1.0.
 
+mod run;
 mod sarif;
 
+pub use run::{BlockRecorder, MOST_BLOCKS};
 pub use sarif::write as write_sarif;
 
 use lostmotion_base::span::Span;
@@ -14,6 +16,7 @@ use std::io::{self, Write};
 
 /// One finding, free of the interpreter that made it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// Stable name of the kind of finding.
     pub code: String,
@@ -40,6 +43,7 @@ pub struct Finding {
 
 /// A call of a subroutine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Call {
     /// The subroutine.
     pub sub: String,
@@ -135,6 +139,7 @@ impl Finding {
 
 /// How many findings there were; more than are listed, if some were not kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Counts {
     /// Errors.
     pub errors: u64,
@@ -147,11 +152,16 @@ pub struct Counts {
 /// Version of the document; it rises only when a field changes its meaning or goes away.
 const JSON_SCHEMA: u32 = 1;
 
+/// What is found in a part program.
 #[derive(Serialize)]
-struct Document<'a> {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct Findings<'a> {
+    /// Version of the document.
     schema: u32,
     #[serde(flatten)]
     counts: Counts,
+    /// What was found, in the order of the program; errors, warnings and notes beyond a number that
+    /// is kept are only counted.
     findings: &'a [Finding],
 }
 
@@ -162,7 +172,7 @@ struct Document<'a> {
 pub fn write_json(out: &mut dyn Write, findings: &[Finding], counts: Counts) -> io::Result<()> {
     serde_json::to_writer_pretty(
         &mut *out,
-        &Document {
+        &Findings {
             schema: JSON_SCHEMA,
             counts,
             findings,

@@ -1,7 +1,7 @@
 //! Findings in SARIF 2.1.0, the format of static analysis results that code hosts and editors read
 //! (OASIS standard).
 
-use super::{Call, Finding};
+use super::{Call, Finding, run};
 use lostmotion_base::span::Span;
 use lostmotion_gcode::{Severity, catalog};
 use lostmotion_gcode_tools::lint::{Level, rules};
@@ -48,15 +48,17 @@ const fn level(severity: Severity) -> &'static str {
 
 /// What is known about a code.
 fn rule(code: &str) -> Value {
-    // A code is the interpreter's or a lint's; those of the session, such as a missing axis, are in
-    // no catalogue, and SARIF asks for no more than the id.
-    let (severity, summary, advice) = match (catalog::find(code), rules::find(code)) {
-        (Some(row), _) => (row.severity, row.summary, row.advice),
-        (None, Some(rule)) if rule.level == Level::Deny => {
+    // A code is the interpreter's, a lint's or a run's; those of the session, such as a missing
+    // axis, are in no catalogue, and SARIF asks for no more than the id.
+    let of_run = run::CODES.iter().find(|(known, ..)| *known == code);
+    let (severity, summary, advice) = match (catalog::find(code), rules::find(code), of_run) {
+        (Some(row), ..) => (row.severity, row.summary, row.advice),
+        (None, Some(rule), _) if rule.level == Level::Deny => {
             (Severity::Error, rule.summary, rule.advice)
         }
-        (None, Some(rule)) => (Severity::Warning, rule.summary, rule.advice),
-        (None, None) => return json!({ "id": code }),
+        (None, Some(rule), _) => (Severity::Warning, rule.summary, rule.advice),
+        (None, None, Some(&(_, summary, advice))) => (Severity::Error, summary, advice),
+        (None, None, None) => return json!({ "id": code }),
     };
     json!({
         "id": code,

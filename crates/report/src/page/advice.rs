@@ -5,7 +5,7 @@ use crate::number::plain;
 use lostmotion_methods::MethodId;
 use lostmotion_sim::Machine;
 use lostmotion_sim::control::Control;
-use lostmotion_sim::results::{AxisResult, Cause, MethodResult, Run};
+use lostmotion_sim::results::{AxisResult, Cause, MethodResult};
 
 /// Where a control keeps the gap of an axis, by its manual.
 const fn parameter(control: Control) -> Option<&'static str> {
@@ -64,12 +64,4 @@ pub(super) const fn remedy(cause: Cause) -> &'static str {
         Cause::ServoLag => "a lower feed here, or more feed-forward and position gain",
         Cause::Blend => "a smaller blending tolerance (G64 P), or exact path (G61)",
     }
-}
-
-/// Index of the method that decides: the recommended one, else the first.
-pub(super) fn deciding(run: &Run) -> usize {
-    run.recommended
-        .as_ref()
-        .and_then(|name| run.results.iter().position(|result| result.method == *name))
-        .unwrap_or(0)
 }

@@ -266,7 +266,7 @@ fn method(result: &MethodResult, watched: &Watched) -> Value {
 }
 
 /// Everything that the scripts of a page draw.
-pub(super) fn data(run: &Run, record: &Record, main: usize, source: &[Lines]) -> Value {
+pub(super) fn data(run: &Run, record: &Record, main: usize, source: &Source) -> Value {
     let methods = run.results.iter().zip(&record.methods);
     json!({
         "format": 1,
@@ -280,7 +280,8 @@ pub(super) fn data(run: &Run, record: &Record, main: usize, source: &[Lines]) ->
         "path": path(&record.path),
         "files": run.program.files.iter().map(|name| clean(name)).collect::<Vec<_>>(),
         "lines": run.program.lines,
-        "source": source.iter().map(|lines| json!([lines.from, lines.text])).collect::<Vec<_>>(),
+        "source": source.lines.iter().map(|lines| json!([lines.from, lines.text])).collect::<Vec<_>>(),
+        "operations": source.operations,
     })
 }
 
@@ -293,12 +294,61 @@ pub(super) struct Lines {
     pub(super) text: String,
 }
 
-/// The text of a program, or of one that is too long its beginning and what lies around the worst
-/// blocks.
+/// What a page has of the text of a program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Source {
+    /// The whole text, or of a program that is too long its beginning and what lies around the worst
+    /// blocks.
+    pub(super) lines: Vec<Lines>,
+    /// Lines at which operations begin, with their names: see [`heading`].
+    pub(super) operations: Vec<(u32, String)>,
+}
+
+/// Most operations that are told apart. A choice: more are no help to a reader.
+const MOST_OPERATIONS: usize = 200;
+/// Longest name of an operation, characters.
+const LONGEST_NAME: usize = 60;
+
+/// The name of an operation that begins with a line: a comment that stands alone, as CAM systems
+/// write them, or a change of tools.
+fn heading(line: &str) -> Option<String> {
+    let text = line.trim().trim_end_matches('%').trim();
+    let comment = match text.strip_prefix(';') {
+        Some(comment) => Some(comment),
+        None => text
+            .strip_prefix('(')
+            .and_then(|rest| rest.strip_suffix(')')),
+    };
+    if let Some(comment) = comment.map(str::trim) {
+        // One comment alone: `(a) G1 X1 (b)` is no heading.
+        let alone = !comment.contains('(') && !comment.is_empty();
+        return alone.then(|| comment.chars().take(LONGEST_NAME).collect());
+    }
+    let code = text
+        .split(['(', ';'])
+        .next()
+        .unwrap_or_default()
+        .to_ascii_uppercase();
+    let word = |letter: char| {
+        code.split(letter).skip(1).map(|rest| {
+            let digits: String = rest
+                .trim_start()
+                .chars()
+                .take_while(char::is_ascii_digit)
+                .collect();
+            digits.trim_start_matches('0').to_owned()
+        })
+    };
+    let changes = word('M').any(|number| number == "6");
+    let tool = word('T').find(|number| !number.is_empty())?;
+    changes.then(|| format!("T{tool}"))
+}
+
+/// What a page has of the text of a program.
 ///
 /// # Errors
 /// The program cannot be read any more.
-pub(super) fn source(program: &Program, run: &Run) -> io::Result<Vec<Lines>> {
+pub(super) fn source(program: &Program, run: &Run) -> io::Result<Source> {
     let mut reader = program.open()?;
     let whole = run.program.bytes <= MOST_SOURCE_BYTES as u64;
     // Half of the room for the beginning, the rest for the surroundings of worst blocks.
@@ -313,9 +363,25 @@ pub(super) fn source(program: &Program, run: &Run) -> io::Result<Vec<Lines>> {
         blocks.any(|block| block.block.span.line.abs_diff(line) <= LINES_AROUND)
     };
     let (mut chunks, mut used): (Vec<Lines>, usize) = (Vec::new(), 0);
+    let mut operations: Vec<(u32, String)> = Vec::new();
     let (mut number, mut next) = (0, 1);
     while let Some(line) = short_line(&mut reader)? {
         number += 1;
+        if let Some(name) = heading(&line) {
+            let room = operations.len() < MOST_OPERATIONS;
+            match operations.last_mut() {
+                // Comments below each other are one heading, and name the tool that they are about.
+                Some((last, all)) if *last + 1 == number => {
+                    *last = number;
+                    *all = format!("{all} / {name}")
+                        .chars()
+                        .take(LONGEST_NAME)
+                        .collect();
+                }
+                _ if room => operations.push((number, name)),
+                _ => {}
+            }
+        }
         let wanted = used + line.len() < beginning || worst(number);
         // A line takes a few more bytes in JSON.
         if !wanted || used + line.len() + 8 > MOST_SOURCE_BYTES {
@@ -334,7 +400,10 @@ pub(super) fn source(program: &Program, run: &Run) -> io::Result<Vec<Lines>> {
         }
         next = number + 1;
     }
-    Ok(chunks)
+    Ok(Source {
+        lines: chunks,
+        operations,
+    })
 }
 
 /// The next line, cut; `None` at the end. A line of any length takes little memory.
@@ -387,6 +456,24 @@ mod tests {
             ("foobar", "Zm9vYmFy"),
         ] {
             assert_eq!(base64(text.as_bytes()), expected);
+        }
+    }
+
+    #[test]
+    fn comments_alone_and_changes_of_tools_head_operations() {
+        for (line, name) in [
+            ("(POCKET 1, rough)", Some("POCKET 1, rough")),
+            ("  ; contour ", Some("contour")),
+            ("T3 M6", Some("T3")),
+            ("N10 m06 t012 (drill)", Some("T12")),
+            ("G1 X1 (in)", None),
+            ("(a) G1 X1 (b)", None),
+            ("T3", None),
+            ("M66 T1", None),
+            ("M30", None),
+            ("()", None),
+        ] {
+            assert_eq!(heading(line).as_deref(), name, "{line}");
         }
     }
 

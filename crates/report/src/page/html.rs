@@ -1,11 +1,11 @@
 //! The page as text: the first screen is plain HTML, the rest is drawn by the scripts.
 
-use super::advice::{deciding, remedy, settings};
+use super::advice::{remedy, settings};
 use super::data::{data, embedded, escape, plane_letters, source};
 use super::picture::{self, Mark, signed};
 use super::record::{PageRecorder, Record};
 use crate::number::{duration, error, fixed, percent, plain};
-use crate::text::{needs, stop_place, stop_reason, tested};
+use crate::text::{needs, stop_place, stop_reason, tested, what_it_takes};
 use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{BlockResult, ErrorStats, Harm, MethodResult, Run};
 use lostmotion_sim::{Machine, Program};
@@ -14,8 +14,9 @@ use std::io;
 
 const STYLE: &str = include_str!("assets/page.css");
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 6] = [
     include_str!("assets/base.js"),
+    include_str!("assets/parts.js"),
     include_str!("assets/view.js"),
     include_str!("assets/source.js"),
     include_str!("assets/plots.js"),
@@ -52,9 +53,15 @@ pub fn page(
     let stretches = PATH_BYTES * 3 / 4 / bytes;
     let record = recorder.finish(FLAT_SHARE * run.tolerance_um, stretches);
     let lines = source(program, run)?;
-    let main = deciding(run);
+    // Where none is recommended the first is shown.
+    let main = run.deciding_index().unwrap_or(0);
     let mut out = String::new();
-    head(&mut out, run);
+    let title = format!(
+        "{} on {}: contour error",
+        file_name(&run.program.name),
+        run.machine
+    );
+    head(&mut out, &title);
     first_screen(&mut out, run, machine, &record, main);
     out.push_str(VIEW);
     let still = picture::path(&record.path, main, run.tolerance_um, &marks(run, main));
@@ -101,19 +108,35 @@ const LEGEND: &str = "<p class=\"legend\"><span>right of travel</span><i class=\
 const VIEW: &str = include_str!("assets/view.html");
 const PLOTS: &str = include_str!("assets/plots.html");
 
-fn head(out: &mut String, run: &Run) {
+/// Everything before the body's content.
+pub(super) fn head(out: &mut String, title: &str) {
     let _ = writeln!(
         out,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{} on {}: contour error</title>\n<style>\n{STYLE}</style>\n</head>\n<body>",
-        escape(file_name(&run.program.name)),
-        escape(&run.machine)
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>",
+        escape(title)
     );
 }
 
+/// A page that says why there is no result; it needs no scripts.
+pub fn message_page(title: &str, text: &str) -> String {
+    let mut out = String::new();
+    head(&mut out, title);
+    let _ = writeln!(
+        out,
+        "<main><header><h1>{}</h1></header><pre class=\"scroll\">",
+        escape(title)
+    );
+    for line in text.lines() {
+        let _ = writeln!(out, "{}", escape(line));
+    }
+    out.push_str("</pre></main>\n</body>\n</html>");
+    out
+}
+
 /// The last part of a path.
-fn file_name(path: &str) -> &str {
+pub(super) fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
@@ -222,7 +245,7 @@ fn verdict(out: &mut String, run: &Run, result: &MethodResult) {
 }
 
 /// The error beside the tolerance as a bar.
-fn meter(out: &mut String, max_um: f64, tolerance_um: f64) {
+pub(super) fn meter(out: &mut String, max_um: f64, tolerance_um: f64) {
     let whole = max_um.max(tolerance_um).max(1e-9) * 1.05;
     let part = |um: f64| fixed(400.0 * um / whole, 1);
     let class = if max_um <= tolerance_um {
@@ -257,6 +280,9 @@ fn methods(out: &mut String, run: &Run, main: usize) {
             "<p class=\"advice\"><b>No method is recommended</b>; the reasons are in the table.</p>"
         ),
     };
+    if let Some(trust) = &run.trust {
+        let _ = writeln!(out, "<p>{}.</p>", escape(&what_it_takes(trust)));
+    }
     out.push_str("<div class=\"scroll\"><table><thead><tr><th>method<th class=\"n\">max \u{b5}m<th class=\"n\">RMS<th class=\"n\">p99<th class=\"n\">by backlash<th class=\"n\">of none<th>verdict<th>needs<th>remark</tr></thead><tbody>\n");
     for (index, result) in run.results.iter().enumerate() {
         let class = if index == main { " class=\"main\"" } else { "" };

@@ -5,7 +5,7 @@ use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, needs};
 use crate::number::{error, percent, plain};
 use lostmotion_methods::MethodId;
-use lostmotion_sim::results::{Harm, MethodResult, Run};
+use lostmotion_sim::results::{Harm, MethodResult, Run, Trust};
 
 /// Most warnings shown, a choice; the JSON form has all of them.
 const MOST_WARNINGS: usize = 3;
@@ -34,6 +34,9 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
     }
     out.push('\n');
     out.push_str(&recommendation(comparison, options));
+    if let Some(trust) = &comparison.trust {
+        out.push_str(&format!("{}\n", what_it_takes(trust)));
+    }
     for result in &comparison.results {
         out.push_str(&stop_line(result, options));
         out.push_str(&reason_line(result, none, options));
@@ -135,6 +138,31 @@ fn recommendation(comparison: &Run, options: &TextOptions) -> String {
             "recommended: no method; the machine stops with each of those compared\n".to_owned()
         }
         None => "recommended: no method; the reasons follow\n".to_owned(),
+    }
+}
+
+/// What it would take to recommend another method: `lookup would be recommended if the gap were known within 15 %`.
+pub(crate) fn what_it_takes(trust: &Trust) -> String {
+    let names: Vec<&str> = trust.told.iter().map(|told| told.name()).collect();
+    let known = format!(
+        "{} {} known within",
+        names.join(" and "),
+        if names.len() == 1 {
+            "were"
+        } else {
+            "both were"
+        }
+    );
+    let method = &trust.method;
+    match trust.within {
+        Some(share) => format!(
+            "{method} would be recommended if the {known} {}",
+            percent(share)
+        ),
+        None => format!(
+            "{method} is best where all is told right, but would not be safe even if the {known} {}",
+            percent(trust.least)
+        ),
     }
 }
 

@@ -6,14 +6,16 @@
 mod blocks;
 mod comparison;
 mod parts;
+mod runs;
 mod simulation;
 mod table;
 mod time;
 
 pub use comparison::comparison;
-pub(crate) use comparison::tested;
+pub(crate) use comparison::{tested, what_it_takes};
 pub use parts::straightness;
 pub(crate) use parts::{stop_place, stop_reason};
+pub use runs::runs;
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
 pub use time::time;

@@ -1,7 +1,10 @@
 //! Findings as documents.
 use lostmotion_gcode::{InterpreterConfig, Program, catalog};
 use lostmotion_gcode_tools::lint::{Levels, lint};
-use lostmotion_report::findings::{Counts, Finding, Origin, write_json, write_sarif};
+use lostmotion_report::findings::{
+    BlockRecorder, Counts, Finding, MOST_BLOCKS, Origin, write_json, write_sarif,
+};
+use lostmotion_sim::results::BlockResult;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -203,4 +206,56 @@ fn rules_are_known() {
             || lostmotion_gcode_tools::lint::rules::find(&finding.code).is_some();
         assert!(known, "{}", finding.code);
     }
+}
+
+fn row(line: u32, max_um: f64) -> BlockResult {
+    let mut row = made!(BlockResult { max_um });
+    row.block.span.line = line;
+    row.block.span.start = u64::from(line) * 10;
+    row
+}
+
+#[test]
+fn of_many_blocks_outside_the_tolerance_the_worst_are_kept_whatever_the_chunks() {
+    // Errors in an order of their own, each block in two passes of which one is the worse.
+    let blocks = 5 * MOST_BLOCKS as u32;
+    let error = |line: u32, pass: u32| {
+        let size = f64::from((line * 7919) % blocks + 1);
+        if (line + pass).is_multiple_of(2) {
+            -size
+        } else {
+            0.5 * size
+        }
+    };
+    let rows: Vec<BlockResult> = (0..2)
+        .flat_map(|pass| (0..blocks).map(move |line| row(line, error(line, pass))))
+        .collect();
+    let tolerance = 10.0;
+    let recorded = |chunk: usize| {
+        let mut recorder = BlockRecorder::new(1, tolerance);
+        for rows in rows.chunks(chunk) {
+            recorder.push(0, rows);
+        }
+        recorder
+    };
+    // By sorting all of them: sizes are 1 to their number, so that the worst are the last thousand.
+    let mut wanted: Vec<u32> = (0..blocks)
+        .filter(|line| (line * 7919) % blocks + 1 > blocks - MOST_BLOCKS as u32)
+        .collect();
+    wanted.sort_unstable();
+    for chunk in [1, 17, 4096, rows.len()] {
+        let recorder = recorded(chunk);
+        let kept = recorder.blocks(0);
+        let lines: Vec<u32> = kept.iter().map(|block| block.block.span.line).collect();
+        assert_eq!(lines, wanted, "chunks of {chunk}");
+        assert!(kept.iter().all(|block| block.max_um < -tolerance));
+        assert!(recorder.has_more(0));
+    }
+    // Rapids and what is within the tolerance are no findings.
+    let mut recorder = BlockRecorder::new(1, tolerance);
+    let mut rapid = row(1, 90.0);
+    rapid.rapid = true;
+    recorder.push(0, &[rapid, row(2, -10.0), row(3, 10.1)]);
+    assert_eq!(recorder.blocks(0).len(), 1);
+    assert!(!recorder.has_more(0) && recorder.blocks(7).is_empty());
 }

@@ -15,6 +15,7 @@ mod csv;
 mod findings;
 mod json;
 mod page;
+mod runs;
 mod svg;
 mod text;
 mod time;

@@ -7,7 +7,7 @@ use lostmotion_report::json;
 use lostmotion_report::text::{
     TextOptions, comparison as render_comparison, simulation as render_simulation,
 };
-use lostmotion_sim::results::{Harm, MisledResult};
+use lostmotion_sim::results::{Harm, MisledResult, Trust};
 
 fn options() -> TextOptions {
     TextOptions::default()
@@ -54,6 +54,23 @@ fn sensitivity_and_reasons_in_a_terminal() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
+    // What it would take, with one quantity and with two, and where nothing helps.
+    let mut trust = Trust::default();
+    trust.method = "lookup".to_owned();
+    trust.told = vec![Told::Gap];
+    trust.within = Some(0.15);
+    trust.least = 0.075;
+    run.trust = Some(trust.clone());
+    let text = render_comparison(&run, &options());
+    let line = "\nlookup would be recommended if the gap were known within 15 %\n";
+    assert!(text.contains(line), "{text}");
+    trust.told.push(Told::Stiffness);
+    trust.within = None;
+    run.trust = Some(trust);
+    let text = render_comparison(&run, &options());
+    let line = "\nlookup is best where all is told right, but would not be safe even if the gap and stiffness both were known within 7.5 %\n";
+    assert!(text.contains(line), "{text}");
+    run.trust = None;
     // The table is there on request alone.
     assert!(!render_comparison(&run, &options()).contains("gap x 0.70"));
     run.results

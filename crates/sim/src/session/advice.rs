@@ -12,7 +12,7 @@
 //! 3. A method that has to be told nothing goes before one that is hardly better.
 
 use crate::method::Choice;
-use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult};
+use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult, Run, Trust};
 use lostmotion_methods::{Misled, Told};
 
 /// How near a method that is told nothing has to be to the best, as part of what no compensation
@@ -22,6 +22,10 @@ const NEAR_BEST_SHARE: f64 = 0.05;
 /// By how much a drive may be told its axis wrong, if the caller does not say. A choice: what a gap
 /// wears, and friction changes with temperature and lubrication, between two visits of service.
 const USUAL_SHARE: f64 = 0.3;
+
+/// The parts of what is told wrong in a comparison with which a method is tried again that is best
+/// where all is told right. A choice: as many as tell a user how well to measure.
+const LESS_WRONG: [f64; 3] = [0.75, 0.5, 0.25];
 
 /// What a method is told wrong in the runs that test it: everything it is told, too small and too
 /// large by a share. Methods that need a scale on the load are shown, not recommended, so they are
@@ -40,10 +44,7 @@ pub(crate) fn misled_runs(choices: &[Choice], share: Option<f64>) -> Vec<(usize,
         if method.needs_load_scale() {
             continue;
         }
-        for what in Told::ALL
-            .into_iter()
-            .filter(|what| what.is_told_to(*method))
-        {
+        for what in Told::ALL.into_iter().filter(|what| method.is_told(*what)) {
             for factor in [1.0 - share, 1.0 + share] {
                 runs.push((index, Misled { what, factor }));
             }
@@ -76,9 +77,7 @@ pub(crate) fn recommend(
         .map(|result| result.cutting);
     let mut candidates = Vec::new();
     for (index, (result, choice)) in results.iter_mut().zip(choices).enumerate() {
-        let reason = refusal(choice)
-            .or_else(|| stops(result))
-            .or_else(|| none.and_then(|none| worse_than(result, &none)));
+        let reason = refusal(choice).or_else(|| unsafe_in(result, none));
         if reason.is_none() {
             candidates.push(candidate(index, result, choice, tolerance_um));
         }
@@ -89,6 +88,11 @@ pub(crate) fn recommend(
     }
     let best = preferred(&candidates, none)?;
     Some(results.get(best)?.method.clone())
+}
+
+/// What rules a method out, in itself or where it is told something wrong.
+fn unsafe_in(result: &MethodResult, none: Option<ErrorStats>) -> Option<String> {
+    stops(result).or_else(|| none.and_then(|none| worse_than(result, &none)))
 }
 
 /// Whether the control stops the machine with a method, as it stands or misled.
@@ -127,7 +131,7 @@ fn candidate(index: usize, result: &MethodResult, choice: &Choice, tolerance_um:
     let all = || std::iter::once(&result.cutting).chain(result.misled.iter().map(|m| &m.cutting));
     let max = all().map(|cutting| cutting.max).fold(0.0, f64::max);
     let told_nothing = match choice {
-        Choice::Registered(method) => !Told::ALL.iter().any(|what| what.is_told_to(*method)),
+        Choice::Registered(method) => !Told::ALL.iter().any(|what| method.is_told(*what)),
         _ => false,
     };
     Candidate {
@@ -159,6 +163,165 @@ fn preferred(candidates: &[Candidate], none: Option<ErrorStats>) -> Option<usize
         .min_by(by_merit)
         .filter(|untold| untold.within >= best.within && untold.rms <= best.rms + near);
     Some(untold.unwrap_or(best).index)
+}
+
+/// Says on which side a gap should err that the recommended method is told, where it matters.
+pub(crate) fn note_side(results: &mut [MethodResult], recommended: Option<&str>) {
+    let mut results = results.iter_mut();
+    let Some(result) = results.find(|result| Some(result.method.as_str()) == recommended) else {
+        return;
+    };
+    let told = |large: bool| {
+        let mut runs = result.misled.iter();
+        runs.find(|run| run.misled.what == Told::Gap && (run.misled.factor > 1.0) == large)
+    };
+    let (Some(small), Some(large)) = (told(false), told(true)) else {
+        return;
+    };
+    if large.cutting.rms > small.cutting.rms + HARM_UM {
+        let percent = (large.misled.factor - 1.0) * 100.0;
+        result.notes.push(format!(
+            "tell it a gap rather too small than too large (`gap_uncertainty`): RMS {:.2} um with {percent:.0} % too large, {:.2} um with {percent:.0} % too small",
+            large.cutting.rms, small.cutting.rms
+        ));
+    }
+}
+
+/// A method that is best where everything is told right, and not recommended where something is
+/// told wrong.
+pub(crate) struct Doubt {
+    /// Its place among the methods.
+    pub(crate) method: usize,
+    /// What it cannot be told wrong.
+    told: Vec<Told>,
+    /// By how much these are told wrong where it is tried again, the largest first.
+    shares: Vec<f64>,
+}
+
+/// Whether the recommendation leaves a better method out because of what may be told wrong.
+pub(crate) fn doubt(run: &Run, choices: &[Choice]) -> Option<Doubt> {
+    let none = run
+        .results
+        .iter()
+        .find(|result| result.is_baseline() && result.stop.is_none())
+        .map(|result| result.cutting);
+    let place = |name: &str| run.results.iter().position(|result| result.method == name);
+    let recommended = place(run.recommended.as_deref()?)?;
+    // Ruled out for another reason than what may be told wrong: out whatever is known.
+    let tolerance_um = run.tolerance_um;
+    let mut right = Vec::new();
+    for (index, (result, choice)) in run.results.iter().zip(choices).enumerate() {
+        let told_right = MethodResult {
+            misled: Vec::new(),
+            ..result.clone()
+        };
+        let refused = result.not_recommended.is_some() && unsafe_in(result, none).is_none();
+        if !refused && unsafe_in(&told_right, none).is_none() {
+            right.push(candidate(index, &told_right, choice, tolerance_um));
+        }
+    }
+    let method = preferred(&right, none)?;
+    let result = run.results.get(method)?;
+    if method == recommended || result.misled.is_empty() {
+        return None;
+    }
+    // Each quantity alone, told as wrong as it was.
+    let fails = |what: &Told| {
+        let misled = result.misled.iter().filter(|run| run.misled.what == *what);
+        let alone = MethodResult {
+            misled: misled.copied().collect(),
+            ..result.clone()
+        };
+        !alone.misled.is_empty() && !goes_before(&alone, method, run, choices)
+    };
+    let told: Vec<Told> = Told::ALL.into_iter().filter(fails).collect();
+    if told.is_empty() {
+        return None;
+    }
+    let wrong = result.misled.iter().map(|run| run.misled.factor - 1.0);
+    let share = wrong.fold(0.0, f64::max);
+    Some(Doubt {
+        method,
+        told,
+        shares: LESS_WRONG.map(|part| part * share).to_vec(),
+    })
+}
+
+/// Whether a method with these runs is safe, and better than the one that is recommended.
+fn goes_before(result: &MethodResult, index: usize, run: &Run, choices: &[Choice]) -> bool {
+    let baseline = run.results.iter().find(|result| result.is_baseline());
+    let none = baseline
+        .filter(|result| result.stop.is_none())
+        .map(|result| result.cutting);
+    let recommended = run
+        .results
+        .iter()
+        .position(|other| Some(&other.method) == run.recommended.as_ref());
+    let Some(other) = recommended else {
+        return false;
+    };
+    let both = [
+        candidate(index, result, &choices[index], run.tolerance_um),
+        candidate(
+            other,
+            &run.results[other],
+            &choices[other],
+            run.tolerance_um,
+        ),
+    ];
+    unsafe_in(result, none).is_none() && preferred(&both, none) == Some(index)
+}
+
+impl Doubt {
+    /// The runs in which it is tried again, of the only method.
+    pub(crate) fn runs(&self) -> Vec<(usize, Misled)> {
+        let mut runs = Vec::new();
+        for share in &self.shares {
+            for what in &self.told {
+                for factor in [1.0 - share, 1.0 + share] {
+                    runs.push((
+                        0,
+                        Misled {
+                            what: *what,
+                            factor,
+                        },
+                    ));
+                }
+            }
+        }
+        runs
+    }
+
+    /// What it would take, from how it did in [`Doubt::runs`].
+    pub(crate) fn answer(&self, run: &Run, choices: &[Choice], tried: &[MisledResult]) -> Trust {
+        let result = &run.results[self.method];
+        let least = self.shares.last().copied().unwrap_or(0.0);
+        let mut trust = Trust {
+            method: result.method.clone(),
+            told: self.told.clone(),
+            within: None,
+            least,
+        };
+        // What may be told as wrong as before stays so; the rest is told less and less wrong.
+        let others = result.misled.iter();
+        let others = others.filter(|run| !self.told.contains(&run.misled.what));
+        let others: Vec<MisledResult> = others.copied().collect();
+        // From the least on: a method is trusted as far as it is safe in all that is less wrong.
+        let mut misled = others;
+        let group = 2 * self.told.len();
+        for (share, runs) in self.shares.iter().zip(tried.chunks(group.max(1))).rev() {
+            misled.extend(runs);
+            let so_far = MethodResult {
+                misled: misled.clone(),
+                ..result.clone()
+            };
+            if !goes_before(&so_far, self.method, run, choices) {
+                break;
+            }
+            trust.within = Some(*share);
+        }
+        trust
+    }
 }
 
 impl MisledResult {
@@ -255,6 +418,47 @@ mod tests {
         let (best, reasons) = told([none(), method("load-feedback", (1.0, 0.1), &[])]);
         assert_eq!(best.as_deref(), Some("none"));
         assert_eq!(reasons[1].as_deref(), Some("scale"));
+    }
+
+    #[test]
+    fn what_it_would_take_is_the_largest_part_that_is_safe_with_all_below() {
+        let (results, choices): (Vec<_>, Vec<_>) = [
+            method("none", (25.0, 5.0), &[]),
+            method("lookup", (2.0, 0.5), &[(3.0, 1.0), (25.3, 1.0)]),
+            method("fixed", (18.0, 4.0), &[(19.0, 4.5)]),
+        ]
+        .into_iter()
+        .unzip();
+        let mut run = Run {
+            tolerance_um: 20.0,
+            results,
+            ..Run::default()
+        };
+        run.recommended = recommend(&mut run.results, &choices, |_| None, 20.0);
+        assert_eq!(run.recommended.as_deref(), Some("fixed"));
+        let doubt = doubt(&run, &choices).unwrap();
+        assert_eq!((doubt.method, &doubt.told), (1, &vec![Told::Gap]));
+        assert_eq!(doubt.runs().len(), 6);
+        // How it does with 0.75, 0.5 and 0.25 of the part: the largest errors.
+        let within = |max: [f64; 3]| {
+            let runs: Vec<MisledResult> = max
+                .into_iter()
+                .flat_map(|max| [max; 2])
+                .zip(doubt.runs())
+                .map(|(max, (_, misled))| MisledResult {
+                    misled,
+                    cutting: errors(max, 1.0),
+                    ..MisledResult::default()
+                })
+                .collect();
+            let trust = doubt.answer(&run, &choices, &runs);
+            assert_eq!((trust.method.as_str(), trust.least), ("lookup", 0.25 * 0.3));
+            trust.within.map(|share| (share * 1e3).round())
+        };
+        assert_eq!(within([24.0, 10.0, 5.0]), Some(150.0));
+        assert_eq!(within([15.0, 10.0, 5.0]), Some(225.0));
+        // Safe with half but not with a quarter: not to be trusted.
+        assert_eq!(within([15.0, 10.0, 30.0]), None);
     }
 
     #[test]

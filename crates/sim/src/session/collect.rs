@@ -1,6 +1,6 @@
 //! From a run's tally to its results.
 
-use super::advice::recommend;
+use super::advice::{note_side, recommend};
 use super::monitor::Stop;
 use super::recorder::Recorder;
 use super::rows;
@@ -19,7 +19,7 @@ use lostmotion_analysis::{Fault, analyse};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock};
 use lostmotion_drive::AxisOutput;
-use lostmotion_methods::AxisConfig;
+use lostmotion_methods::{AxisConfig, Misled};
 
 /// The answer of a run.
 pub(crate) fn answer(
@@ -56,6 +56,7 @@ pub(crate) fn answer(
         Choice::OfAxes | Choice::Own { .. } => None,
     };
     let recommended = recommend(&mut results, choices, refusal, tolerance_um);
+    note_side(&mut results, recommended.as_deref());
     note_harm(&mut results);
     let mut program = checked.program;
     let PlanInfo {
@@ -92,6 +93,7 @@ pub(crate) fn answer(
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
         recommended,
+        trust: None,
         results,
     }
 }
@@ -368,15 +370,22 @@ fn note_harm(results: &mut [MethodResult]) {
 
 /// Adds to each method how it does where its drives are told something wrong.
 fn add_misled(results: &mut [MethodResult], tally: &Tally) {
-    let recorders = tally.recorders.iter().skip(WITHOUT_GAP + 1 + results.len());
-    for ((method, misled), recorder) in tally.misled.iter().zip(recorders) {
+    for ((method, _), misled) in tally.misled.iter().zip(misled(tally, results.len())) {
         if let Some(result) = results.get_mut(*method) {
-            result.misled.push(MisledResult {
-                misled: *misled,
-                cutting: rows::stats(&recorder.cutting, UM_PER_MM),
-                backlash: rows::stats(&recorder.backlash, UM_PER_MM),
-                stops: recorder.stop.is_some(),
-            });
+            result.misled.push(misled);
         }
     }
+}
+
+/// How the methods did that were told something wrong, in the order of the tally, behind so many
+/// that were told everything right.
+pub(super) fn misled(tally: &Tally, methods: usize) -> Vec<MisledResult> {
+    let recorders = tally.recorders.iter().skip(WITHOUT_GAP + 1 + methods);
+    let row = |(method, recorder): (&(usize, Misled), &Recorder)| MisledResult {
+        misled: method.1,
+        cutting: rows::stats(&recorder.cutting, UM_PER_MM),
+        backlash: rows::stats(&recorder.backlash, UM_PER_MM),
+        stops: recorder.stop.is_some(),
+    };
+    tally.misled.iter().zip(recorders).map(row).collect()
 }

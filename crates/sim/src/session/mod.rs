@@ -45,6 +45,23 @@ pub(crate) fn run(
     checked: Checked,
     audience: &mut Audience<'_>,
 ) -> Result<Run, SimError> {
-    let tally = run::run(setup, choices, &checked.files, audience)?;
-    Ok(collect::answer(setup, choices, checked, &tally))
+    let misled = advice::misled_runs(choices, setup.options.misled_share);
+    let files = checked.files.clone();
+    let tally = run::run(setup, choices, &misled, &files, audience)?;
+    let mut answer = collect::answer(setup, choices, checked, &tally);
+    // One run of many axes at a time.
+    drop(tally);
+    // What is best where all is told right, and not safe where something is told wrong, runs once
+    // more with less and less wrong.
+    if let Some(doubt) = advice::doubt(&answer, choices) {
+        let choice = std::slice::from_ref(&choices[doubt.method]);
+        // Rows and points were reported in the first run; the second can still be cancelled.
+        let mut audience = Audience {
+            observer: None,
+            on_progress: audience.on_progress.take(),
+        };
+        let tally = run::run(setup, choice, &doubt.runs(), &files, &mut audience)?;
+        answer.trust = Some(doubt.answer(&answer, choices, &collect::misled(&tally, 1)));
+    }
+    Ok(answer)
 }

@@ -1,6 +1,5 @@
 //! The loop: a chunk of the plan, all axes of all variants, all contour errors, and again.
 
-use super::advice::misled_runs;
 use super::bank::Variant;
 use super::frame::contour_input;
 use super::monitor::Monitor;
@@ -73,22 +72,24 @@ pub(crate) fn on_threads<T: Send>(
     })
 }
 
-/// Plans and simulates a checked program for the machine without a gap and for every method.
+/// Plans and simulates a checked program for the machine without a gap, for every method, and for
+/// methods (by their place) that are told something wrong.
 pub(crate) fn run(
     setup: &Setup<'_>,
     choices: &[Choice],
+    misled: &[(usize, Misled)],
     files: &SourceFiles,
     audience: &mut Audience<'_>,
 ) -> Result<Tally, SimError> {
     on_threads(setup.options.threads, |threads| {
-        run_on(threads, setup, choices, files, audience)
+        run_on(threads, setup, (choices, misled), files, audience)
     })
 }
 
 fn run_on(
     threads: usize,
     setup: &Setup<'_>,
-    choices: &[Choice],
+    (choices, misled): (&[Choice], &[(usize, Misled)]),
     files: &SourceFiles,
     audience: &mut Audience<'_>,
 ) -> Result<Tally, SimError> {
@@ -98,7 +99,6 @@ fn run_on(
     variants.extend(choices.iter().map(Variant::with_gap));
     let methods = choices.len();
     // Behind them the runs that a recommendation rests on, which nobody watches.
-    let misled = misled_runs(choices, setup.options.misled_share);
     variants.extend(
         misled
             .iter()
@@ -151,7 +151,7 @@ fn run_on(
     let mut straightness = PlanInfo::default();
     stepper.feed.tell(&mut straightness);
     Ok(Tally {
-        misled,
+        misled: misled.to_vec(),
         cycles: setup.machine.cycles(),
         stepper,
         recorders: judge.recorders,

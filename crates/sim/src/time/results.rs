@@ -9,6 +9,7 @@ pub const TIME_SCHEMA: u32 = 1;
 
 /// What a stretch of time is spent on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum TimeKind {
     /// G1, G2, G3 and what becomes of them.
@@ -22,6 +23,7 @@ pub enum TimeKind {
 
 /// How long one thing was what kept the machine from going faster.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct LimitShare {
@@ -38,6 +40,7 @@ pub struct LimitShare {
 
 /// One block, each time it runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct BlockTime {
@@ -59,6 +62,7 @@ pub struct BlockTime {
 
 /// Time by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct KindTimes {
@@ -81,6 +85,7 @@ pub struct KindTimes {
 
 /// The program on a machine that is better in one thing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct WhatIf {
@@ -96,10 +101,11 @@ pub struct WhatIf {
 
 /// Answer of one `time`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct CycleTime {
-    /// [`TIME_SCHEMA`].
+    /// Version of this form, [`TIME_SCHEMA`].
     pub schema: u32,
     /// The program.
     pub program: ProgramInfo,

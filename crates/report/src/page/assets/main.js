@@ -70,6 +70,7 @@ if (data.methods.length && path.n > 1) {
     $("fit").addEventListener("click", view.fit);
     $("top").addEventListener("click", () => view.look(0, 0));
     $("iso").addEventListener("click", () => view.look(-0.5, 0.9));
+    parts.start(view.lines);
     view.lines();
     view.start();
   }

@@ -70,11 +70,12 @@ const view = (() => {
     const of = tint($("colour").value), n = path.n - 1;
     for (const [made, rapid] of [[cut, 0], [fast, 1]]) {
       let count = 0;
-      for (let i = 0; i < n; i++) if ((path.kind[i] & 1) === rapid && !(path.kind[i + 1] & 2)) count++;
+      const has = (i) => (path.kind[i] & 1) === rapid && !(path.kind[i + 1] & 2) && parts.shown(i);
+      for (let i = 0; i < n; i++) if (has(i)) count++;
       const at = new Float32Array(6 * count), color = new Uint8Array(6 * count), index = new Float32Array(2 * count);
       const grey = rgb(colors.soft);
       for (let i = 0, k = 0; i < n; i++) {
-        if ((path.kind[i] & 1) !== rapid || path.kind[i + 1] & 2) continue;
+        if (!has(i)) continue;
         at.set(path.at.subarray(3 * i, 3 * i + 6), 6 * k);
         const c = rapid ? grey : of(i);
         for (let j = 0; j < 6; j++) color[6 * k + j] = 255 * c[j % 3];
@@ -94,7 +95,7 @@ const view = (() => {
     const at = new Float32Array(6 * n), color = new Uint8Array(6 * n), index = new Float32Array(2 * n);
     let count = 0;
     for (let i = 0; i < n; i++) {
-      if (path.kind[i] & 1 || path.kind[i + 1] & 3) continue;
+      if (path.kind[i] & 1 || path.kind[i + 1] & 3 || !parts.shown(i)) continue;
       for (const [end, j] of [[0, i], [3, i + 1]]) {
         const by = error[j] * times;
         for (let k = 0; k < 3; k++) at[6 * count + end + k] = path.at[3 * j + k] + by * path.normal[3 * j + k];
@@ -203,7 +204,7 @@ const view = (() => {
     // Of what is cut, not of the way to the tool changer.
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < path.n - 1; i++) {
-      if (path.kind[i] & 1 && cut.count) continue;
+      if ((path.kind[i] & 1 || !parts.shown(i)) && cut.count) continue;
       for (const j of [i, i + 1]) for (let k = 0; k < 3; k++) {
         low[k] = Math.min(low[k], path.at[3 * j + k]);
         high[k] = Math.max(high[k], path.at[3 * j + k]);
@@ -255,7 +256,7 @@ const view = (() => {
     const o = [0, 1].map((k) => (k ? h : w) - a[k].reduce((sum, c, j) => sum + c * eye.center[j], 0));
     const on = (i, k) => o[k] + a[k][0] * path.at[3 * i] + a[k][1] * path.at[3 * i + 1] + a[k][2] * path.at[3 * i + 2];
     for (let i = 0; i < path.n - 1; i++) {
-      if (path.kind[i + 1] & 2 || (path.kind[i] & 1 && !$("rapids").checked)) continue;
+      if (path.kind[i + 1] & 2 || !parts.shown(i) || (path.kind[i] & 1 && !$("rapids").checked)) continue;
       const [px, py, qx, qy] = [on(i, 0), on(i, 1), on(i + 1, 0), on(i + 1, 1)];
       const [dx, dy] = [qx - px, qy - py], square = dx * dx + dy * dy;
       const part = square > 0 ? Math.min(Math.max(((x - px) * dx + (y - py) * dy) / square, 0), 1) : 0;
@@ -318,7 +319,7 @@ const view = (() => {
     event.preventDefault();
   });
   new ResizeObserver(draw).observe(canvas);
-  const frames = () => pulse;
+  const frames = () => pulse, drawnLines = () => cut.count / 2;
   // A flat part is looked at from above, others a little from the side.
-  return { lines, draw, fly, fit, look, eye, frames, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
+  return { lines, draw, fly, fit, look, eye, frames, drawnLines, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
 })();
