@@ -8,10 +8,10 @@ use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::import::{ImportFormat, Row, import as imported};
+use lostmotion::sim::import::{ImportFormat, ImportOptions, Row, import as imported};
 use lostmotion::sim::machine::presets;
 use lostmotion::sim::{Machine, machine::MachineAxis};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `machine import`.
 #[derive(Debug, Args)]
@@ -26,6 +26,9 @@ pub(crate) struct Import {
     /// gaps, jerk
     #[arg(long, value_name = "NAME", default_value = "vmc3", value_parser = machine_names())]
     preset: String,
+    /// Link that holds the tool, of a URDF tree that ends in several
+    #[arg(long, value_name = "LINK")]
+    tip: Option<String>,
     /// Write the machine file here, and the report of every key to stdout; without it the file goes
     /// to stdout and the report to stderr
     #[arg(long, short, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
@@ -59,7 +62,13 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
             format!("name it with --from: {known}"),
         )
     })?;
-    let machine = imported(&name, &text, format, &args.preset).map_err(|error| failure(&error))?;
+    let beside = |file: &str| beside(&args.file, file);
+    let options = ImportOptions {
+        preset: &args.preset,
+        tip: args.tip.as_deref(),
+        files: &beside,
+    };
+    let machine = imported(&name, &text, format, &options).map_err(|error| failure(&error))?;
     let report = report(&machine.rows);
     // Without a file the answer is the machine file itself, and stdout may hold nothing else.
     match args.out.as_ref().filter(|path| !is_standard(path)) {
@@ -75,6 +84,26 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
             Ok(())
         }
     }
+}
+
+/// The text of a file that a description names: in the folder of the description, or below the
+/// user's own where it begins with `~`.
+fn beside(description: &Path, file: &str) -> Result<String, String> {
+    if is_standard(description) {
+        return Err("it would be beside a file, and this is stdin".to_owned());
+    }
+    let path = match file.strip_prefix("~/") {
+        Some(rest) => {
+            let home = std::env::var_os("HOME").ok_or("there is no home folder")?;
+            PathBuf::from(home).join(rest)
+        }
+        None => description.parent().unwrap_or(Path::new("")).join(file),
+    };
+    input::text(&path, "file").map_err(|failure| {
+        let text = failure.text();
+        let message = text.lines().next().unwrap_or_default();
+        message.trim_start_matches("error: ").to_owned()
+    })
 }
 
 fn report(rows: &[Row]) -> String {

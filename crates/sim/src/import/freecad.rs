@@ -6,7 +6,7 @@
 
 use super::draft::{Draft, Fate, Told};
 use super::freecad_chain::{Place, chain};
-use super::{Format, problem};
+use super::{Format, ImportOptions, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::{ChainSpec, TipControl};
@@ -29,7 +29,7 @@ const DIALECTS: [(&str, &str); 4] = [
 ];
 
 /// Reads the file.
-fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let root: Value = serde_json::from_str(text).map_err(|error| {
         vec![problem(
             error.line(),

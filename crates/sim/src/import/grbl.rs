@@ -7,7 +7,7 @@
 //! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
 
 use super::draft::{Draft, Fate, Told};
-use super::{Format, number, problem};
+use super::{Format, ImportOptions, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 
@@ -61,7 +61,7 @@ struct Setting<'a> {
 }
 
 /// Reads the settings.
-fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("grbl");
     let (mut problems, mut settings) = (Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {

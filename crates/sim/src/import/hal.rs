@@ -1,4 +1,4 @@
-//! What an INI file sets on the pins of its kinematics:
+//! What an INI file and its HAL files set on the pins of the kinematics:
 //! `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's chapters
 //! on kinematics have them.
 
@@ -7,10 +7,10 @@ use super::{number, problem};
 use crate::machine::Problem;
 
 /// One `setp` on a pin of the module.
-struct Pin<'a> {
+struct Pin {
     line: usize,
-    name: &'a str,
-    value: &'a str,
+    name: String,
+    value: String,
     used: bool,
 }
 
@@ -19,7 +19,7 @@ pub(super) struct Pins<'a> {
     module: &'a str,
     /// Where the module is named.
     line: usize,
-    pins: Vec<Pin<'a>>,
+    pins: Vec<Pin>,
 }
 
 impl<'a> Pins<'a> {
@@ -36,10 +36,19 @@ impl<'a> Pins<'a> {
         self.line
     }
 
-    /// Takes one HALCMD; false if it is about something else.
-    pub(super) fn take(&mut self, line: usize, command: &'a str) -> bool {
-        let mut words = command.split_whitespace();
-        // Only `setp PIN VALUE`; nets and other commands carry no number.
+    /// Takes one command of HAL; false if it is about something else. `look_up` puts the value in
+    /// the place of `[SECTION]KEY`.
+    pub(super) fn take(
+        &mut self,
+        line: usize,
+        command: &str,
+        look_up: impl Fn(&str) -> String,
+    ) -> bool {
+        let command = command
+            .split_once('#')
+            .map_or(command, |(before, _)| before);
+        // Only `setp PIN VALUE`, or `setp PIN = VALUE`; nets and other commands carry no number.
+        let mut words = command.split_whitespace().filter(|word| *word != "=");
         let (Some("setp"), Some(pin), Some(value), None) =
             (words.next(), words.next(), words.next(), words.next())
         else {
@@ -53,8 +62,8 @@ impl<'a> Pins<'a> {
         };
         self.pins.push(Pin {
             line,
-            name,
-            value,
+            name: name.to_owned(),
+            value: look_up(value),
             used: false,
         });
         true
@@ -75,8 +84,13 @@ impl<'a> Pins<'a> {
         };
         pin.used = true;
         let full = format!("{module}.{name}");
-        draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
-        Ok(Some(number(pin.line, &full, pin.value)? * unit))
+        draft.row(
+            format!("[HAL] setp {full}"),
+            pin.value.as_str(),
+            Fate::Used,
+            key,
+        );
+        Ok(Some(number(pin.line, &full, &pin.value)? * unit))
     }
 
     /// A length, mm: `missing_mm` where the pin is not set, which is reported with the reason.
@@ -115,7 +129,12 @@ impl<'a> Pins<'a> {
         };
         pin.used = true;
         let full = format!("{module}.{name}");
-        draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
+        draft.row(
+            format!("[HAL] setp {full}"),
+            pin.value.as_str(),
+            Fate::Used,
+            key,
+        );
         match pin.value.to_ascii_lowercase().as_str() {
             "1" | "true" => Ok(true),
             "0" | "false" => Ok(false),
@@ -133,7 +152,7 @@ impl<'a> Pins<'a> {
         for pin in self.pins.iter().filter(|pin| !pin.used) {
             draft.row(
                 format!("[HAL] setp {}.{}", self.module, pin.name),
-                pin.value,
+                pin.value.as_str(),
                 Fate::Ignored,
                 "",
             );

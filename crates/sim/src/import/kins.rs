@@ -59,7 +59,7 @@ pub(super) const SCARA: &[Numbered] = &[
 ];
 
 /// All that are known.
-const MODULES: [Module; 10] = [
+const MODULES: [Module; 11] = [
     Module {
         name: "trivkins",
         joints: None,
@@ -120,6 +120,12 @@ const MODULES: [Module; 10] = [
         coordinates: "XYZABC",
         describe: serial,
     },
+    Module {
+        name: "pumakins",
+        joints: Some(ARM),
+        coordinates: "XYZABC",
+        describe: puma,
+    },
 ];
 
 /// The module of a name.
@@ -158,7 +164,10 @@ impl Module {
     /// Whether words are joints of the same letter, so that what an axis may do is what its joint
     /// may.
     pub(super) fn words_are_joints(&self) -> bool {
-        !matches!(self.name, "lineardeltakins" | "scarakins" | "genserkins")
+        !matches!(
+            self.name,
+            "lineardeltakins" | "scarakins" | "genserkins" | "pumakins"
+        )
     }
 
     /// Describes the machine; pins that nothing was made of are told as that.
@@ -188,6 +197,11 @@ fn corexy(draft: &mut Draft, _: &mut Pins<'_>, _: f64, _: &[Numbered]) -> Result
 /// Six joints by their Denavit-Hartenberg parameters.
 fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
     dh::serial(draft, pins, mm)
+}
+
+/// Six joints of the arm that `pumakins` knows.
+fn puma(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
+    dh::puma(draft, pins, mm)
 }
 
 /// A table that tilts about X (A), with C on it.

@@ -1,12 +1,13 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
-//! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL] HALCMD where it sets pins of
-//! the kinematics. Units are those of the machine and seconds. See
-//! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
+//! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL]
+//! HALCMD and HALFILE where they set pins of the kinematics. Units are those of the machine and
+//! seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
 use super::kins::{self, Module, Numbered};
-use super::{Format, number, problem};
+use super::ini::{self, Entry, Ini};
+use super::{Format, ImportOptions, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::KinematicsSpec;
@@ -22,86 +23,41 @@ pub(super) const FORMAT: Format = Format {
     read,
 };
 
-/// A line `KEY = VALUE`.
-struct Entry<'a> {
-    line: usize,
-    section: &'a str,
-    key: &'a str,
-    value: &'a str,
-}
-
-/// Sections and keys with their lines.
-fn entries(text: &str) -> Result<Vec<Entry<'_>>, Vec<Problem>> {
-    let (mut found, mut problems) = (Vec::new(), Vec::new());
-    let mut section = "";
-    for (index, raw) in text.lines().enumerate() {
-        let line = raw.trim();
-        if line.is_empty() || line.starts_with(['#', ';']) {
-            continue;
-        }
-        if let Some(name) = line.strip_prefix('[') {
-            match name.split_once(']') {
-                Some((name, _)) => section = name.trim(),
-                None => problems.push(problem(
-                    index + 1,
-                    line,
-                    "the section's name is not closed",
-                    "write [TRAJ]",
-                )),
-            }
-        } else if let Some((key, value)) = line.split_once('=') {
-            found.push(Entry {
-                line: index + 1,
-                section,
-                key: key.trim(),
-                value: value.trim(),
-            });
-        } else if included(line).is_none() {
-            problems.push(problem(
-                index + 1,
-                "",
-                format!("`{line}` is neither a section nor KEY = VALUE"),
-                "write MAX_VELOCITY = 50.0",
-            ));
-        }
-    }
-    if problems.is_empty() {
-        Ok(found)
-    } else {
-        Err(problems)
-    }
-}
-
-/// The file that a line includes, if it is such a line.
-fn included(line: &str) -> Option<&str> {
-    let rest = ["#INCLUDE", ".include"]
-        .iter()
-        .find_map(|word| line.strip_prefix(word))?;
-    Some(rest.trim())
-}
-
 /// Reads the file.
-fn read(text: &str) -> Result<Draft, Vec<Problem>> {
-    let entries = entries(text)?;
-    let first = |sections: &[&str], key: &str| {
-        entries
-            .iter()
-            .find(|entry| sections.contains(&entry.section) && entry.key == key)
-    };
+fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+    let ini = ini::read(text, options.files)?;
+    let first = |sections: &[&str], key: &str| ini.first(sections, key);
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
     // What is asked for may stand in an included file; in silence defaults would take its place.
-    for file in text.lines().filter_map(|line| included(line.trim())) {
-        let note = "not read: put its text in the line's place if it describes axes";
-        draft.row("#INCLUDE", file, Fate::Ignored, note);
+    for included in &ini.included {
+        let (fate, note) = match &included.missing {
+            None => (Fate::Used, "read in its place".to_owned()),
+            Some(why) => (
+                Fate::Ignored,
+                format!("not read ({why}): put its text in the line's place if it describes axes"),
+            ),
+        };
+        draft.row("#INCLUDE", included.file.as_str(), fate, note);
+    }
+    for (line, text) in &ini.passed {
+        // A limit that lacks its sign would be lost without a word.
+        let word = text.split_whitespace().next().unwrap_or_default();
+        if RULES.iter().any(|(key, _)| *key == word) {
+            let message = format!("`{text}` is neither a section nor KEY = VALUE");
+            problems.push(problem(*line, "", message, "write MAX_VELOCITY = 50.0"));
+        } else {
+            let note = "neither a section nor KEY = VALUE: LinuxCNC passes over it";
+            draft.row(format!("line {line}"), text.as_str(), Fate::Ignored, note);
+        }
     }
     if let Some(name) = first(&["EMC"], "MACHINE").filter(|entry| !entry.value.is_empty()) {
-        draft.name = name.value.to_owned();
+        draft.name.clone_from(&name.value);
     }
     // KINEMATICS = MODULE [coordinates=LETTERS]: in [KINS], or in [TRAJ] of older files.
     let kins = first(&["KINS", "TRAJ"], "KINEMATICS");
     let mut words = kins
-        .map_or("trivkins", |entry| entry.value)
+        .map_or("trivkins", |entry| entry.value.as_str())
         .split_whitespace();
     let name = words.next().unwrap_or("trivkins");
     let line = kins.map_or(1, |entry| entry.line);
@@ -112,7 +68,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let usual = module.map_or("XYZ", |module| module.coordinates);
     // Which axes there are: the module's argument, then [TRAJ], then what the module usually has.
     let coordinates = told
-        .or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value))
+        .or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value.as_str()))
         .unwrap_or(usual);
     let letters: Vec<Numbered> = coordinates
         .chars()
@@ -121,11 +77,11 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         .collect();
     // Factors from the machine's units to mm and degrees.
     let scale = Units {
-        linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| entry.value) {
+        linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| &entry.value) {
             "inch" | "in" | "imperial" => 25.4,
             _ => 1.0,
         },
-        angular: match first(&["TRAJ"], "ANGULAR_UNITS").map_or("degree", |entry| entry.value) {
+        angular: match first(&["TRAJ"], "ANGULAR_UNITS").map_or("degree", |entry| &entry.value) {
             "radian" | "rad" => lostmotion_base::units::deg(1.0),
             _ => 1.0,
         },
@@ -138,20 +94,27 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     };
     // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
     let mut pins = Pins::new(name, line);
-    for entry in &entries {
-        if (entry.section, entry.key) == ("HAL", "HALCMD") && pins.take(entry.line, entry.value) {
+    let mut limits = Limits::default();
+    for entry in &ini.entries {
+        if entry.section == "HAL" && wire(&ini, entry, &mut pins, options) {
             continue;
         }
-        if let Err(found) = take(&mut draft, entry, &joints) {
-            problems.push(found);
+        match limit(entry, &joints) {
+            Ok(Some(found)) => limits.add(found),
+            Ok(None) => other(&mut draft, entry),
+            Err(found) => problems.push(found),
         }
     }
+    limits.set(&mut draft);
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(
             1,
             "",
             "there is no [JOINT_n] or [AXIS_L] with limits",
-            "is it the machine's INI file?",
+            match ini.included.iter().find(|file| file.missing.is_some()) {
+                Some(_) => "a file that it includes was not read: is it there?",
+                None => "is it the machine's INI file?",
+            },
         ));
     }
     if let Some(module) = module
@@ -237,8 +200,150 @@ impl IniJoints {
     }
 }
 
-fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), Problem> {
-    let key = format!("[{}] {}", entry.section, entry.key);
+/// Sets pins of the kinematics from a HALCMD, or from the `setp` lines of a HALFILE; false if the
+/// entry sets none.
+fn wire(ini: &Ini, entry: &Entry, pins: &mut Pins, options: &ImportOptions<'_>) -> bool {
+    match entry.key.as_str() {
+        "HALCMD" => pins.take(entry.line, &entry.value, |value| ini.value(value)),
+        "HALFILE" => {
+            // Files of the system's library, and scripts, wire drives; a missing one is told with
+            // the other keys that mean nothing here.
+            let file = entry.value.split_whitespace().next().unwrap_or_default();
+            let Ok(text) = (options.files)(file) else {
+                return false;
+            };
+            // Every line, not the first alone.
+            text.lines()
+                .filter(|line| pins.take(entry.line, line, |value| ini.value(value)))
+                .count()
+                > 0
+        }
+        _ => false,
+    }
+}
+
+/// Which of two values holds where a joint and its axis, or two joints of one axis, have one each:
+/// the tighter limit, since G-code has to keep both, and the wider gap.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    Smaller,
+    Larger,
+}
+
+/// The keys that describe axes.
+const RULES: [(&str, Rule); 8] = [
+    ("MIN_LIMIT", Rule::Larger),
+    ("MAX_LIMIT", Rule::Smaller),
+    ("MAX_VELOCITY", Rule::Smaller),
+    ("MAX_ACCELERATION", Rule::Smaller),
+    ("MAX_JERK", Rule::Smaller),
+    ("BACKLASH", Rule::Larger),
+    ("FERROR", Rule::Smaller),
+    ("MIN_FERROR", Rule::Smaller),
+];
+
+/// A value of an axis, in mm or deg and s.
+struct Limit<'a> {
+    entry: &'a Entry,
+    axis: Numbered,
+    /// Its place among [`RULES`].
+    key: usize,
+    value: f64,
+}
+
+/// What an entry says of an axis; `None` if it says nothing of one.
+fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, Problem> {
+    let place = RULES.iter().position(|(key, _)| *key == entry.key);
+    let (Some(axis), Some(place)) = (joints.of(&entry.section), place) else {
+        return Ok(None);
+    };
+    // The machine's units to mm and degrees.
+    let scale = if axis.1 {
+        joints.units.angular
+    } else {
+        joints.units.linear
+    };
+    let key = entry.name();
+    let value = number(entry.line, &key, &entry.value)? * scale;
+    let above_zero = [
+        "MAX_VELOCITY",
+        "MAX_ACCELERATION",
+        "MAX_JERK",
+        "FERROR",
+        "MIN_FERROR",
+    ];
+    if above_zero.contains(&entry.key.as_str()) && value <= 0.0 {
+        let message = format!("is {}; it has to be above 0", entry.value);
+        return Err(problem(entry.line, &key, message, ""));
+    }
+    if entry.key == "BACKLASH" && value < 0.0 {
+        return Err(problem(entry.line, &key, "is below 0", ""));
+    }
+    Ok(Some(Limit {
+        entry,
+        axis,
+        key: place,
+        value,
+    }))
+}
+
+/// All values of axes.
+#[derive(Default)]
+struct Limits<'a>(Vec<Limit<'a>>);
+
+impl<'a> Limits<'a> {
+    fn add(&mut self, limit: Limit<'a>) {
+        self.0.push(limit);
+    }
+
+    /// The value that holds of those of one key of one axis; the first of equal ones.
+    fn holding(&self, of: &Limit<'a>) -> &Limit<'a> {
+        let same = |limit: &&Limit<'a>| limit.key == of.key && limit.axis.0 == of.axis.0;
+        let mut all = self.0.iter().filter(same);
+        let first = all.next().unwrap_or(&self.0[0]);
+        all.fold(first, |held, next| {
+            let tighter = match RULES[next.key].1 {
+                Rule::Smaller => next.value < held.value,
+                Rule::Larger => next.value > held.value,
+            };
+            if tighter { next } else { held }
+        })
+    }
+
+    /// Writes them into the draft, and what became of each into its report.
+    fn set(&self, draft: &mut Draft) {
+        for limit in &self.0 {
+            let holds = self.holding(limit);
+            let (axis, turns) = limit.axis;
+            if !std::ptr::eq(holds, limit) {
+                let note = format!("axis {axis}: {} counts", holds.entry.name());
+                draft.row(limit.entry.name(), limit.entry.value.as_str(), Fate::Ignored, note);
+                continue;
+            }
+            let draft_axis = draft.axis(axis, turns);
+            let slot = match limit.entry.key.as_str() {
+                "MIN_LIMIT" => &mut draft_axis.min,
+                "MAX_LIMIT" => &mut draft_axis.max,
+                "MAX_VELOCITY" => &mut draft_axis.velocity,
+                "MAX_ACCELERATION" => &mut draft_axis.acceleration,
+                "MAX_JERK" => &mut draft_axis.jerk,
+                "FERROR" => &mut draft_axis.following_error,
+                "MIN_FERROR" => &mut draft_axis.standstill_error,
+                _ => &mut draft_axis.gap,
+            };
+            *slot = Some(Told {
+                value: limit.value,
+                from: limit.entry.name(),
+                line: limit.entry.line,
+            });
+            let note = format!("axis {axis}");
+            draft.row(limit.entry.name(), limit.entry.value.as_str(), Fate::Used, note);
+        }
+    }
+}
+
+/// Reports a key that describes no axis.
+fn other(draft: &mut Draft, entry: &Entry) {
     let used = [
         ("EMC", "MACHINE"),
         ("TRAJ", "COORDINATES"),
@@ -247,98 +352,12 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), 
         ("KINS", "KINEMATICS"),
         ("TRAJ", "KINEMATICS"),
     ];
-    if used.contains(&(entry.section, entry.key)) {
-        draft.row(key, entry.value, Fate::Used, "general");
-        return Ok(());
-    }
-    let limits = [
-        "MIN_LIMIT",
-        "MAX_LIMIT",
-        "MAX_VELOCITY",
-        "MAX_ACCELERATION",
-        "MAX_JERK",
-        "BACKLASH",
-        "FERROR",
-        "MIN_FERROR",
-    ];
-    let axis = joints
-        .of(entry.section)
-        .filter(|_| limits.contains(&entry.key));
-    let Some((axis, turns)) = axis else {
-        let fate = if entry.key == "TYPE" {
-            Fate::Used
-        } else {
-            Fate::Ignored
-        };
-        draft.row(
-            key,
-            entry.value,
-            fate,
-            if fate == Fate::Used {
-                "kind of joint, by its letter"
-            } else {
-                ""
-            },
-        );
-        return Ok(());
-    };
-    // The machine's units to mm and degrees.
-    let scale = if turns {
-        joints.units.angular
+    let (fate, note) = if used.contains(&(entry.section.as_str(), entry.key.as_str())) {
+        (Fate::Used, "general")
+    } else if entry.key == "TYPE" {
+        (Fate::Used, "kind of joint, by its letter")
     } else {
-        joints.units.linear
+        (Fate::Ignored, "")
     };
-    let value = number(entry.line, &key, entry.value)? * scale;
-    let above_zero = [
-        "MAX_VELOCITY",
-        "MAX_ACCELERATION",
-        "MAX_JERK",
-        "FERROR",
-        "MIN_FERROR",
-    ];
-    if above_zero.contains(&entry.key) {
-        if value <= 0.0 {
-            return Err(problem(
-                entry.line,
-                &key,
-                format!("is {}; it has to be above 0", entry.value),
-                "",
-            ));
-        }
-    } else if entry.key == "BACKLASH" && value < 0.0 {
-        return Err(problem(entry.line, &key, "is below 0", ""));
-    }
-    let joint = entry.section.starts_with("JOINT_");
-    let draft_axis = draft.axis(axis, turns);
-    let slot = match entry.key {
-        "MIN_LIMIT" => &mut draft_axis.min,
-        "MAX_LIMIT" => &mut draft_axis.max,
-        "MAX_VELOCITY" => &mut draft_axis.velocity,
-        "MAX_ACCELERATION" => &mut draft_axis.acceleration,
-        "MAX_JERK" => &mut draft_axis.jerk,
-        "FERROR" => &mut draft_axis.following_error,
-        "MIN_FERROR" => &mut draft_axis.standstill_error,
-        _ => &mut draft_axis.gap,
-    };
-    // What a joint may do counts; an axis section only where there is no other.
-    let takes = joint || slot.is_none();
-    if takes {
-        *slot = Some(Told {
-            value,
-            from: key.clone(),
-            line: entry.line,
-        });
-    }
-    let note = if takes {
-        format!("axis {axis}")
-    } else {
-        format!("axis {axis}: the joint's own counts")
-    };
-    draft.row(
-        key,
-        entry.value,
-        if takes { Fate::Used } else { Fate::Ignored },
-        note,
-    );
-    Ok(())
+    draft.row(entry.name(), entry.value.as_str(), fate, note);
 }

@@ -12,6 +12,7 @@ mod draft;
 mod fill;
 mod freecad_chain;
 mod hal;
+mod ini;
 mod kins;
 
 pub use draft::{Fate, Row};
@@ -29,7 +30,7 @@ struct Format {
     /// Whether a text of unknown extension is in this format.
     looks_like: fn(&str) -> bool,
     /// Reads a text.
-    read: fn(&str) -> Result<Draft, Vec<Problem>>,
+    read: fn(&str, &ImportOptions<'_>) -> Result<Draft, Vec<Problem>>,
 }
 
 /// Makes, from one line a format, the module, the variant of [`ImportFormat`] and its row:
@@ -99,8 +100,48 @@ pub struct Imported {
     pub rows: Vec<Row>,
 }
 
-/// Turns a description into a machine file. `name` is the file's name, `preset` the machine that
-/// lends what is missing.
+/// Gives the text of another file that a description names, by the name as it stands there, or why
+/// it cannot be had.
+pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+
+/// What an import needs besides the text.
+#[derive(Clone, Copy)]
+pub struct ImportOptions<'a> {
+    /// The machine that lends what the description does not say.
+    pub preset: &'a str,
+    /// The link at which the tool is, of a URDF tree that ends in several.
+    pub tip: Option<&'a str>,
+    /// Where other files come from that the description names (a LinuxCNC INI's `#INCLUDE` and
+    /// HALFILE).
+    pub files: Files<'a>,
+}
+
+impl ImportOptions<'_> {
+    /// Of a description that stands alone: other files that it names are reported as not read.
+    pub fn new(preset: &str) -> ImportOptions<'_> {
+        ImportOptions {
+            preset,
+            tip: None,
+            files: &|_| Err("other files are not read here".to_owned()),
+        }
+    }
+}
+
+/// Turns a description into a machine file. `name` is the file's name.
+///
+/// ```
+/// use lostmotion_sim::import::{ImportFormat, ImportOptions, import};
+///
+/// let ini = "[KINS]\nKINEMATICS = trivkins\n#INCLUDE x.inc\n";
+/// let files = |name: &str| match name {
+///     "x.inc" => Ok("[JOINT_0]\nMAX_VELOCITY = 50\n[AXIS_X]\nMAX_VELOCITY = 40\n".to_owned()),
+///     _ => Err("there is no such file".to_owned()),
+/// };
+/// let options = ImportOptions { files: &files, ..ImportOptions::new("vmc3") };
+/// let machine = import("mill.ini", ini, ImportFormat::LinuxCnc, &options)?;
+/// assert!(machine.toml.contains("[axis.x]"));
+/// # Ok::<(), lostmotion_sim::machine::MachineError>(())
+/// ```
 ///
 /// # Errors
 /// Everything that is wrong with the text, with its line; a machine that would not hold together;
@@ -109,7 +150,7 @@ pub fn import(
     name: &str,
     text: &str,
     format: ImportFormat,
-    preset: &str,
+    options: &ImportOptions<'_>,
 ) -> Result<Imported, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
     if text.len() > MAX_BYTES {
@@ -119,8 +160,8 @@ pub fn import(
         );
         return Err(fail(vec![problem(1, "", message, "")]));
     }
-    let draft = (format.format().read)(text).map_err(fail)?;
-    fill::machine(name, draft, preset).map_err(fail)
+    let draft = (format.format().read)(text, options).map_err(fail)?;
+    fill::machine(name, draft, options.preset).map_err(fail)
 }
 
 /// A problem at a line.

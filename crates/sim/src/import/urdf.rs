@@ -3,10 +3,12 @@
 //! Each joint's `origin` places it in its parent's frame with everything at zero, `axis` is its
 //! direction there; lengths in m, angles in rad. A tree with two ends is a machine with table and
 //! spindle where the name of one end begins with `work`, `table` or `part`: joints on the way there
-//! move the workpiece and count against their direction. See <https://wiki.ros.org/urdf/XML>.
+//! move the workpiece and count against their direction. Where the tree ends in more links (flanges,
+//! sensors, the fingers of a gripper), the one that holds the tool has to be named. See
+//! <https://wiki.ros.org/urdf/XML>.
 
 use super::draft::{Draft, Fate, Told, clean};
-use super::{Format, problem};
+use super::{Format, ImportOptions, problem};
 use crate::machine::Problem;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, math};
@@ -39,6 +41,12 @@ struct Joint<'a> {
     turn: Matrix,
     axis: Vector,
     limit: Option<Node<'a, 'a>>,
+}
+
+impl Joint<'_> {
+    fn is_fixed(&self) -> bool {
+        self.kind == "fixed"
+    }
 }
 
 fn turned(rows: &Matrix, v: Vector) -> Vector {
@@ -81,7 +89,7 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
 }
 
 /// Reads the file.
-fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let document = Document::parse(text).map_err(|error| {
         vec![problem(
             error.pos().row as usize,
@@ -126,7 +134,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             "",
         );
     }
-    build(&mut draft, &joints).map_err(|problem| vec![problem])?;
+    build(&mut draft, &joints, options.tip).map_err(|problem| vec![problem])?;
     Ok(draft)
 }
 
@@ -181,33 +189,75 @@ fn path<'a, 'b>(joints: &'b [Joint<'a>], end: &str) -> Vec<&'b Joint<'a>> {
     way
 }
 
-fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
-    // Links that carry no other end the tree.
+/// The links at which the workpiece (if it moves) and the tool are.
+fn ends<'a>(
+    joints: &[Joint<'a>],
+    tip: Option<&'a str>,
+) -> Result<(Option<&'a str>, &'a str), Problem> {
+    let is_end = |name: &str| joints.iter().all(|joint| joint.parent != name);
     let ends: Vec<&str> = joints
         .iter()
         .map(|joint| joint.child)
-        .filter(|child| !joints.iter().any(|joint| joint.parent == *child))
+        .filter(|child| is_end(child))
         .collect();
-    let is_table = |name: &&str| {
+    let is_table = |name: &str| {
         ["work", "table", "part"]
             .iter()
             .any(|word| name.starts_with(word))
     };
-    let tables: Vec<&str> = ends.iter().copied().filter(is_table).collect();
-    let tools: Vec<&str> = ends.iter().copied().filter(|end| !is_table(end)).collect();
-    let (table, tool) = match (tables.as_slice(), tools.as_slice()) {
-        ([], [tool]) => (None, *tool),
-        ([table], [tool]) => (Some(*table), *tool),
-        _ => {
-            let hint = "it has to be one chain, or two whose ends are the tool and a link named work..., table... or part...";
-            return Err(problem(
-                1,
-                "",
-                format!("the tree ends in {} links: {}", ends.len(), ends.join(", ")),
-                hint,
-            ));
+    let tables: Vec<&str> = ends.iter().copied().filter(|end| is_table(end)).collect();
+    let tool = if let Some(tip) = tip {
+        // Any link: flanges have fingers and sensors behind them.
+        let known = joints
+            .iter()
+            .flat_map(|joint| [joint.parent, joint.child])
+            .any(|link| link == tip);
+        if !known {
+            let message = format!("there is no link `{tip}`");
+            let hint = format!("the tree ends in {}", ends.join(", "));
+            return Err(problem(1, "--tip", message, &hint));
         }
+        if path(joints, tip).iter().all(|joint| joint.is_fixed()) {
+            let message = format!("nothing moves the link `{tip}`");
+            let hint = format!("the tree ends in {}", ends.join(", "));
+            return Err(problem(1, "--tip", message, &hint));
+        }
+        Some(tip)
+    } else {
+        // A link that nothing moves (the frame of a foot) holds no tool.
+        let mut moved = ends.iter().copied().filter(|end| {
+            !is_table(end) && path(joints, end).iter().any(|joint| !joint.is_fixed())
+        });
+        moved.next().filter(|_| moved.next().is_none())
     };
+    match (tables.as_slice(), tool) {
+        ([], Some(tool)) => Ok((None, tool)),
+        ([table], Some(tool)) => Ok((Some(*table), tool)),
+        _ => {
+            let hint = "name the one that holds the tool with --tip LINK; a table's link is named work..., table... or part...";
+            let message = format!("the tree ends in {} links: {}", ends.len(), ends.join(", "));
+            Err(problem(1, "", message, hint))
+        }
+    }
+}
+
+fn build<'a>(
+    draft: &mut Draft,
+    joints: &[Joint<'a>],
+    tip: Option<&'a str>,
+) -> Result<(), Problem> {
+    let (table, tool) = ends(joints, tip)?;
+    // What is on neither way is told, so that no joint goes without a word.
+    let ways: Vec<&str> = table
+        .into_iter()
+        .chain([tool])
+        .flat_map(|end| path(joints, end))
+        .map(|joint| joint.name)
+        .collect();
+    for joint in joints.iter().filter(|joint| !ways.contains(&joint.name)) {
+        let note = format!("not on the way to {tool}");
+        draft.row(format!("joint {}", joint.name), joint.kind, Fate::Ignored, note);
+    }
     let mut chain = Vec::new();
     if let Some(table) = table {
         side(draft, &path(joints, table), Side::Table, &mut chain)?;

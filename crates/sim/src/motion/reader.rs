@@ -1,6 +1,6 @@
 //! The program as a stream of motion, with the plane in force.
 
-use super::steer::{Read, Steering};
+use super::steer::{Fault, Read, Steering};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
@@ -77,7 +77,9 @@ impl Reader {
                 match self.steering.flush(&mut self.fold, &mut self.pending) {
                     Ok(true) => continue,
                     Ok(false) => return None,
-                    Err(problem) => return Some(Err((problem, BlockRef::default()))),
+                    Err(Fault { problem, block }) => {
+                        return Some(Err((problem, block.unwrap_or_default())));
+                    }
                 }
             };
             // Progress is measured in the main file; a loop's blocks lie before the farthest place
@@ -98,13 +100,13 @@ impl Reader {
                 CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}
             }
-            if let Err(problem) = self.take(&sourced) {
-                return Some(Err((problem, sourced.block)));
+            if let Err(Fault { problem, block }) = self.take(&sourced) {
+                return Some(Err((problem, block.unwrap_or(sourced.block))));
             }
         }
     }
 
-    fn take(&mut self, sourced: &SourcedOp) -> Result<(), Problem> {
+    fn take(&mut self, sourced: &SourcedOp) -> Result<(), Fault> {
         let straight = matches!(
             sourced.op,
             CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_)
@@ -179,7 +181,7 @@ impl Reader {
     }
 
     /// Hands over moves whose directions have waited for more.
-    fn flush(&mut self) -> Result<(), Problem> {
+    fn flush(&mut self) -> Result<(), Fault> {
         if self.steering.flush(&mut self.fold, &mut self.pending)? {
             self.program.moved_to(self.fold.program_place());
         }

@@ -49,6 +49,22 @@ pub(crate) struct Steering {
     from: Angles,
 }
 
+/// What is wrong with a motion, and with which block where that is not the one being read.
+#[derive(Debug)]
+pub(crate) struct Fault {
+    pub(crate) problem: Problem,
+    pub(crate) block: Option<BlockRef>,
+}
+
+impl From<Problem> for Fault {
+    fn from(problem: Problem) -> Fault {
+        Fault {
+            problem,
+            block: None,
+        }
+    }
+}
+
 fn refuse(error: &OrientError) -> Problem {
     let message = match error {
         OrientError::Unreachable { .. } => {
@@ -194,7 +210,7 @@ impl Steering {
         motion: Motion,
         plane: Plane,
         out: &mut VecDeque<Read>,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Fault> {
         let Some(direction) = self.direction else {
             return Ok(());
         };
@@ -219,7 +235,7 @@ impl Steering {
         &mut self,
         fold: &mut MotionFold,
         out: &mut VecDeque<Read>,
-    ) -> Result<bool, Problem> {
+    ) -> Result<bool, Fault> {
         if self.waiting.is_empty() {
             return Ok(false);
         }
@@ -232,7 +248,7 @@ impl Steering {
     }
 
     /// Turns the first moves that wait into steps, with solutions chosen over all that wait.
-    fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), Problem> {
+    fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), Fault> {
         let tip = Arc::clone(&self.tip);
         let Some(orientation) = tip.orientation() else {
             return Ok(());
@@ -248,10 +264,19 @@ impl Steering {
         let steps = match steps {
             Ok(steps) => steps,
             Err(error) => {
-                // A direction out of reach spoils the whole window: the moves behind it would start
-                // elsewhere.
+                // The first move that cannot be followed is the one at fault.
+                let at_fault = (1..=directions.len())
+                    .find(|count| {
+                        orientation
+                            .follow(self.from, &directions[..*count])
+                            .is_err()
+                    })
+                    .and_then(|count| self.waiting.get(count - 1));
+                let block = at_fault.map(|(motion, ..)| motion.block);
+                // It spoils the whole window: the moves behind it would start elsewhere.
                 self.waiting.clear();
-                return Err(refuse(&error));
+                let problem = refuse(&error);
+                return Err(Fault { problem, block });
             }
         };
         // Each move becomes one step, or several where the rotary axes pass a singular place; a

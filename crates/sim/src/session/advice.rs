@@ -198,8 +198,9 @@ pub(crate) struct Doubt {
     shares: Vec<f64>,
 }
 
-/// Whether the recommendation leaves a better method out because of what may be told wrong.
-pub(crate) fn doubt(run: &Run, choices: &[Choice]) -> Option<Doubt> {
+/// Whether the recommendation leaves a better method out because of what may be told wrong, by the
+/// share that was tried.
+pub(crate) fn doubt(run: &Run, choices: &[Choice], share: Option<f64>) -> Option<Doubt> {
     let none = run
         .results
         .iter()
@@ -238,8 +239,7 @@ pub(crate) fn doubt(run: &Run, choices: &[Choice]) -> Option<Doubt> {
     if told.is_empty() {
         return None;
     }
-    let wrong = result.misled.iter().map(|run| run.misled.factor - 1.0);
-    let share = wrong.fold(0.0, f64::max);
+    let share = share.unwrap_or(USUAL_SHARE);
     Some(Doubt {
         method,
         told,
@@ -436,7 +436,7 @@ mod tests {
         };
         run.recommended = recommend(&mut run.results, &choices, |_| None, 20.0);
         assert_eq!(run.recommended.as_deref(), Some("fixed"));
-        let doubt = doubt(&run, &choices).unwrap();
+        let doubt = doubt(&run, &choices, None).unwrap();
         assert_eq!((doubt.method, &doubt.told), (1, &vec![Told::Gap]));
         assert_eq!(doubt.runs().len(), 6);
         // How it does with 0.75, 0.5 and 0.25 of the part: the largest errors.

@@ -45,7 +45,8 @@ pub(crate) fn run(
     checked: Checked,
     audience: &mut Audience<'_>,
 ) -> Result<Run, SimError> {
-    let misled = advice::misled_runs(choices, setup.options.misled_share);
+    let share = setup.options.misled_share;
+    let misled = advice::misled_runs(choices, share);
     let files = checked.files.clone();
     let tally = run::run(setup, choices, &misled, &files, audience)?;
     let mut answer = collect::answer(setup, choices, checked, &tally);
@@ -53,7 +54,7 @@ pub(crate) fn run(
     drop(tally);
     // What is best where all is told right, and not safe where something is told wrong, runs once
     // more with less and less wrong.
-    if let Some(doubt) = advice::doubt(&answer, choices) {
+    if let Some(doubt) = advice::doubt(&answer, choices, share) {
         let choice = std::slice::from_ref(&choices[doubt.method]);
         // Rows and points were reported in the first run; the second can still be cancelled.
         let mut audience = Audience {

@@ -231,6 +231,23 @@ fn an_arm_that_would_have_to_change_over_is_refused() {
     assert!(refused.is_err());
 }
 
+/// Directions wait for those behind them; the one that cannot be had is still told by its own line.
+#[test]
+fn a_direction_out_of_reach_is_told_at_its_block() {
+    let machine = Machine::preset("fork5").unwrap();
+    for (end, waits) in [("M2\n", 0), ("G49\nM2\n", 0), ("M2\n", 70)] {
+        let mut program = String::from("G21 G90 G54\nG43.5 H0\nG0 X0 Y0 Z50 I0 J0 K1\n");
+        program.push_str("G1 F1000 X10 I0.2 J0 K1\nG1 X20 I0 J1 K-1\nG1 X30 I0 J0 K1\n");
+        for step in 0..waits {
+            program.push_str(&format!("G1 X{}\n", 31 + step));
+        }
+        program.push_str(end);
+        let refused = Simulation::new(&text(&program), &machine).plan(&mut |_, _| Ok(()));
+        let told = refused.err().unwrap().to_string();
+        assert!(told.contains(":5:"), "{waits} moves and {end:?}: {told}");
+    }
+}
+
 #[test]
 fn a_tool_may_be_taken_up_while_it_leans() {
     let machine = Machine::preset("trunnion5").unwrap();

@@ -4,11 +4,12 @@ use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::Machine;
-use lostmotion_sim::import::{Fate, ImportFormat, Imported, import};
+use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, Imported, import};
 
 fn imported(name: &str, text: &str) -> (Imported, Machine) {
     let format = ImportFormat::recognise(name, text).unwrap();
-    let imported = import(name, text, format, "vmc3").unwrap_or_else(|error| panic!("{error}"));
+    let imported = import(name, text, format, &ImportOptions::new("vmc3"))
+        .unwrap_or_else(|error| panic!("{error}"));
     let machine = Machine::from_toml("imported.toml", &imported.toml)
         .unwrap_or_else(|error| panic!("{error}\n{}", imported.toml));
     (imported, machine)
@@ -16,7 +17,9 @@ fn imported(name: &str, text: &str) -> (Imported, Machine) {
 
 fn refused(name: &str, text: &str) -> String {
     let format = ImportFormat::recognise(name, text).unwrap();
-    import(name, text, format, "vmc3").unwrap_err().to_string()
+    import(name, text, format, &ImportOptions::new("vmc3"))
+        .unwrap_err()
+        .to_string()
 }
 
 const GRBL: &str = "$0=10\n$13=0\n$100=250.000 (x, step/mm)\n$101=250.000\n$102=250.000\n$110=1500.000 (x rate, mm/min)\n$111=1200\n$112=500.000\n$120=30.000\n$121=20\n$122=10.000\n$130=200.000\n$131=150.5\n$132=80\nok\n";
@@ -145,12 +148,11 @@ fn linuxcnc_ini() {
     );
     // Zero lies outside Y's travel: offset and homes are put into it.
     assert!((machine.start()[AxisId::Y] - 4.25 * 25.4).abs() < 1e-6);
-    assert!(
-        imported
-            .rows
-            .iter()
-            .any(|row| row.key == "[AXIS_X] MAX_VELOCITY" && row.fate == Fate::Used)
-    );
+    assert!(imported.rows.iter().any(|row| {
+        row.key == "[AXIS_X] MAX_VELOCITY"
+            && row.fate == Fate::Ignored
+            && row.note == "axis X: [JOINT_0] MAX_VELOCITY counts"
+    }));
     assert!(
         imported
             .rows
@@ -168,22 +170,96 @@ fn linuxcnc_ini() {
     );
     let bad = refused(
         "mill.ini",
-        "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\nnonsense\n",
+        "[KINS]\nKINEMATICS = genhexkins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\nMAX_VELOCITY 50\n",
     );
     assert!(
-        bad.contains("mill.ini:5:1: `nonsense` is neither a section nor KEY = VALUE"),
-        "{bad}"
-    );
-    let bad = refused(
-        "mill.ini",
-        "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\n",
-    );
-    assert!(
-        bad.contains(":2:1: KINS.KINEMATICS: `pumakins` is not known here\n  hint: ")
-            && bad.contains(":4:1: [JOINT_0] MAX_VELOCITY"),
+        bad.contains(":2:1: KINS.KINEMATICS: `genhexkins` is not known here\n  hint: ")
+            && bad.contains(":4:1: [JOINT_0] MAX_VELOCITY: `2 m/s` is not a number")
+            && bad.contains("mill.ini:5:1: `MAX_VELOCITY 50` is neither a section nor KEY = VALUE"),
         "{bad}"
     );
     assert!(refused("mill.ini", "[JOINT_0]\nMIN_LIMIT = 5\nMAX_LIMIT = 1\n").contains("travel"));
+}
+
+/// G-code has to keep what the axis may do and what its joint may do.
+#[test]
+fn of_an_axis_and_its_joint_the_tighter_limit_counts() {
+    let axis =
+        "[AXIS_X]\nMAX_VELOCITY = 1.5\nMAX_ACCELERATION = 90\nMIN_LIMIT = -8\nMAX_LIMIT = 12\n";
+    let text = INI.replacen("[AXIS_X]\nMAX_VELOCITY = 9.0\n", axis, 1);
+    let (_, machine) = imported("mill.ini", &text);
+    let limits = machine.axis(AxisId::X).unwrap().limits;
+    let inch = [limits.velocity, limits.acceleration, limits.min, limits.max]
+        .map(|value| (value / 25.4 * 1e9).round() / 1e9);
+    assert_eq!(inch, [1.5, 30.0, -8.0, 10.0]);
+    // The order of the sections does not matter, and of two motors on an axis the wider gap counts.
+    let gantry = "[KINS]\nKINEMATICS = trivkins coordinates=XYYZ\n[JOINT_1]\nBACKLASH = 0.04\nMAX_VELOCITY = 40\n[JOINT_2]\nBACKLASH = 0.01\nMAX_VELOCITY = 60\n[AXIS_Y]\nMAX_VELOCITY = 30\n";
+    let (_, machine) = imported("router.ini", gantry);
+    let y = machine.axis(AxisId::Y).unwrap();
+    assert_eq!(y.limits.velocity, 30.0);
+    assert!((y.config.gap_in_unit() - 0.04).abs() < 1e-12);
+}
+
+#[test]
+fn included_files_are_read_in_their_line_s_place() {
+    let files = |name: &str| match name {
+        "axes.inc" => Ok("#INCLUDE x.inc\n[JOINT_1]\nMAX_VELOCITY = 20\n".to_owned()),
+        "x.inc" => Ok("[JOINT_0]\nMAX_VELOCITY = \\\n 30\n".to_owned()),
+        "bad.inc" => Ok("[JOINT_0]\nMAX_VELOCITY = fast\n".to_owned()),
+        "open.inc" => Ok("\n[JOINT_0\n".to_owned()),
+        "ring.inc" => Ok("#INCLUDE ring.inc\n".to_owned()),
+        "heavy.inc" => Ok("# \n".repeat(1 << 20)),
+        "core.hal" => Ok(
+            "loadrt trivkins\nsetp pumakins.A2 [ARM](UPPER)\nsetp pumakins.D6 = 12 # hand\n"
+                .to_owned(),
+        ),
+        _ => Err("no such file".to_owned()),
+    };
+    let options = ImportOptions {
+        files: &files,
+        ..ImportOptions::new("vmc3")
+    };
+    let read = |text: &str| import("mill.ini", text, ImportFormat::LinuxCnc, &options);
+    let found = read("#INCLUDE axes.inc\n#INCLUDE gone.inc\nwords that mean nothing\n").unwrap();
+    let machine = Machine::from_toml("mill.toml", &found.toml).unwrap();
+    let speed = |axis| machine.axis(axis).unwrap().limits.velocity;
+    assert_eq!((speed(AxisId::X), speed(AxisId::Y)), (30.0, 20.0));
+    let note = |value: &str| {
+        let row = found.rows.iter().find(|row| row.value == value).unwrap();
+        (row.fate, row.note.as_str())
+    };
+    assert_eq!(note("x.inc"), (Fate::Used, "read in its place"));
+    assert_eq!(note("gone.inc").0, Fate::Ignored);
+    assert!(note("gone.inc").1.starts_with("not read (no such file)"));
+    assert!(note("words that mean nothing").1.contains("passes over it"));
+    for (text, told) in [
+        (
+            "\n#INCLUDE bad.inc\n",
+            "mill.ini:2:1: [JOINT_0] MAX_VELOCITY: `fast` is not a number",
+        ),
+        (
+            "#INCLUDE open.inc\n",
+            "the section's name is not closed (line 2 of open.inc)",
+        ),
+        ("#INCLUDE ring.inc\n", "more than 16 deep"),
+        (
+            "#INCLUDE heavy.inc\n#INCLUDE heavy.inc\n",
+            "more than 4194304 bytes",
+        ),
+        (
+            "#INCLUDE gone.inc\n",
+            "a file that it includes was not read: is it there?",
+        ),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains(told), "{text}: {error}");
+    }
+    // Pins of the kinematics stand in HAL files as well.
+    let arm = "[KINS]\nKINEMATICS = pumakins\n[HAL]\nHALFILE = core.hal\n[ARM]\nUPPER = 250\n[JOINT_0]\nMAX_VELOCITY = 30\n";
+    let found = read(arm).unwrap();
+    let value = |key: &str| &found.rows.iter().find(|row| row.key == key).unwrap().value;
+    assert_eq!(value("[HAL] setp pumakins.A2"), "250");
+    assert_eq!(value("[HAL] setp pumakins.D6"), "12");
 }
 
 #[test]
@@ -313,6 +389,58 @@ fn urdf_arms_are_the_preset_s() {
         refused("arm.urdf", &arm().replacen("revolute", "floating", 1))
             .contains("joints of type `floating` are not known here")
     );
+}
+
+#[test]
+fn the_tool_s_link_of_a_tree_with_many_ends_is_named() {
+    let fixed = |name: &str, parent: &str| {
+        format!(
+            "<joint name=\"to_{name}\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"{name}\"/></joint>\n"
+        )
+    };
+    let finger = "<joint name=\"finger\" type=\"prismatic\"><parent link=\"tool0\"/><child link=\"left\"/><axis xyz=\"0 1 0\"/></joint>\n";
+    // A frame at the foot moves with nothing, so it is no tool.
+    let foot = arm().replace("</robot>", &format!("{}</robot>", fixed("base", "l0")));
+    let (_, alone) = imported("arm.urdf", &foot);
+    let more = format!(
+        "{}{}{finger}</robot>",
+        fixed("base", "l0"),
+        fixed("sensor", "l6")
+    );
+    let many = arm().replace("</robot>", &more);
+    let told = refused("arm.urdf", &many);
+    assert!(
+        told.contains("the tree ends in 3 links: base, sensor, left")
+            && told.contains("--tip LINK"),
+        "{told}"
+    );
+    let with = |tip| {
+        let tip = Some(tip);
+        let options = ImportOptions {
+            tip,
+            ..ImportOptions::new("vmc3")
+        };
+        import("arm.urdf", &many, ImportFormat::Urdf, &options)
+    };
+    let chosen = with("tool0").unwrap();
+    let machine = Machine::from_toml("arm.toml", &chosen.toml).unwrap();
+    assert_eq!(machine.kinematics(), alone.kinematics());
+    let finger = chosen
+        .rows
+        .iter()
+        .find(|row| row.key == "joint finger")
+        .unwrap();
+    assert_eq!(
+        (finger.fate, finger.note.as_str()),
+        (Fate::Ignored, "not on the way to tool0")
+    );
+    for (tip, message) in [
+        ("hand", "there is no link `hand`"),
+        ("base", "nothing moves the link `base`"),
+    ] {
+        let error = with(tip).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
 }
 
 #[test]

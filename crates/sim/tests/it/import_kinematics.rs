@@ -4,7 +4,7 @@ use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords, math};
 use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::Machine;
-use lostmotion_sim::import::{Fate, ImportFormat, Imported, import};
+use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, Imported, import};
 use std::fmt::Write;
 
 /// An INI file with so many joints, of which these turn; the numbers of others move.
@@ -46,7 +46,7 @@ fn freecad(text: &str) -> (Imported, Machine) {
 }
 
 fn read(text: &str, format: ImportFormat) -> (Imported, Machine) {
-    let imported = import("machine.txt", text, format, "vmc3")
+    let imported = import("machine.txt", text, format, &ImportOptions::new("vmc3"))
         .unwrap_or_else(|error| panic!("{error}\n{text}"));
     let machine = Machine::from_toml("imported.toml", &imported.toml)
         .unwrap_or_else(|error| panic!("{error}\n{}", imported.toml));
@@ -300,14 +300,68 @@ fn serial_arms_follow_their_denavit_hartenberg_table() {
         .copied()
         .collect();
     let text = ini("genserkins", "XYZABC", 6, &[0, 1, 2, 3, 4, 5], &less);
-    let refused = import("arm.ini", &text, ImportFormat::LinuxCnc, "vmc3")
-        .unwrap_err()
-        .to_string();
+    let refused = import(
+        "arm.ini",
+        &text,
+        ImportFormat::LinuxCnc,
+        &ImportOptions::new("vmc3"),
+    )
+    .unwrap_err()
+    .to_string();
     assert!(
         refused.contains("arm.ini:4:1: genserkins.D-3: is not set in the INI file")
             && refused.contains("hint: an arm has A-0"),
         "{refused}"
     );
+}
+
+/// Tip and tool of the arm in Craig's book, in closed form.
+#[test]
+fn pumakins_is_the_arm_of_the_book() {
+    let lengths = [
+        ("A2", 431.8),
+        ("A3", 20.3),
+        ("D3", 125.4),
+        ("D4", 431.8),
+        ("D6", 56.2),
+    ];
+    let text = ini("pumakins", "XYZABC", 6, &[0, 1, 2, 3, 4, 5], &lengths);
+    let (_, machine) = imported(&text);
+    let kinematics = machine.build_kinematics().unwrap();
+    let [a2, a3, d3, d4, d6] = lengths.map(|(_, mm)| mm);
+    for k in 0..20 {
+        let angles: [f64; 6] =
+            std::array::from_fn(|i| 0.3 * f64::from((k * (i as i32 + 3)) % 7 - 3));
+        let [(s1, c1), (s2, c2), (s23, c23), (s4, c4), (s5, c5)] = [
+            angles[0],
+            angles[1],
+            angles[1] + angles[2],
+            angles[3],
+            angles[4],
+        ]
+        .map(math::sin_cos);
+        let reach = a2 * c2 + a3 * c23 - d4 * s23;
+        let level = c23 * c4 * s5 + s23 * c5;
+        let out = [
+            -c1 * level - s1 * s4 * s5,
+            -s1 * level + c1 * s4 * s5,
+            s23 * c4 * s5 - c23 * c5,
+        ];
+        let wrist = [
+            c1 * reach - d3 * s1,
+            s1 * reach + d3 * c1,
+            -a3 * s23 - a2 * s2 - d4 * c23,
+        ];
+        let joints = Coords(std::array::from_fn(|i| if i < 6 { angles[i] } else { 0.0 }));
+        let pose = kinematics.tool_pose(&joints, &[0.0; 3]);
+        for i in 0..3 {
+            assert!(
+                (pose.tip[i] - wrist[i] - d6 * out[i]).abs() < 1e-9,
+                "{pose:?}"
+            );
+            assert!((pose.axis[i] + out[i]).abs() < 1e-12, "{pose:?} {out:?}");
+        }
+    }
 }
 
 /// A table C on a cradle A, as FreeCAD 1.2 writes it: the chain of the preset trunnion5 in its home
@@ -381,7 +435,9 @@ fn freecad_machines_with_rotary_axes_are_chains() {
         imported.rows
     );
     let refused = |name: &str, text: &str, format| {
-        import(name, text, format, "vmc3").unwrap_err().to_string()
+        import(name, text, format, &ImportOptions::new("vmc3"))
+            .unwrap_err()
+            .to_string()
     };
     let told = refused(
         "five.fcm",
