@@ -88,7 +88,7 @@ pub enum NotExcited {
     },
     /// Seen from the motor alone, the load's motion cannot be followed by the model's.
     #[error(
-        "the gap cannot be told from the motor alone, because the load cannot be followed: its friction is not Coulomb and viscous, or so small that it bounces in its gap ({left_nm:.4} N m of torque are left over, the noise of the current is {noise_nm:.4} N m): log the load's position, too"
+        "the gap cannot be told from the motor alone, because the load cannot be followed: its friction is not Coulomb and viscous, or so small that it bounces in its gap, or the current is filtered ({left_nm:.4} N m of torque are left over, the noise of the current is {noise_nm:.4} N m): log the load's position, too"
     )]
     LoadNotAsModelled {
         /// RMS of the torque that the model leaves, N m.
@@ -284,6 +284,9 @@ pub enum Cause {
     /// Motor's and load's columns are exchanged.
     #[error("the columns of motor and load look swapped")]
     SwappedColumns,
+    /// A column is no position of this axis.
+    #[error("the columns look mixed up: one of the two positions is none")]
+    MixedColumns,
     /// No unit explains it.
     #[error("torque constant, inertia or lead of another axis, or a unit that is not recognised")]
     OtherAxis,

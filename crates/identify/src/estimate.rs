@@ -131,15 +131,19 @@ impl EstimateJob<'_> {
             [of(COMPLIANCE), of(DAMPING)]
         };
         let mut noisy = noisy_of(&told.least_squares());
+        // Each fit begins where the one before ended.
+        let mut near = None;
         let mut rounds = 1;
         let (regression, delta, minimiser) = loop {
             let regression = self.measured(told.clone(), noisy);
             // Where the loss turns linear: as given, or from the residuals themselves.
             let delta = match self.settings.huber_delta_rad {
                 Some(delta) => delta,
-                None => settle_delta(&regression, self.resolution, self.solver, &options)?,
+                None => self.settle_delta(&regression, &mut near, &options)?,
             };
-            let minimiser = regression.minimise(delta, self.solver, &options)?;
+            let minimiser =
+                regression.minimise_from(near.as_ref(), delta, self.solver, &options)?;
+            near = Some(minimiser.x);
             let found = noisy_of(&minimiser.x);
             let settled =
                 (0..2).all(|j| (found[j] - noisy[j]).abs() <= SETTLED_SHARE * found[j].abs());
@@ -210,34 +214,37 @@ impl EstimateJob<'_> {
             },
         })
     }
-}
 
-/// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few
-/// rounds on a thinned copy, from least squares. The scale is not let below what the encoders
-/// resolve, nor below what rounding leaves of the data.
-fn settle_delta<const P: usize>(
-    regression: &Regression<P>,
-    resolution: f64,
-    solver: &dyn QpSolver,
-    options: &SolveOptions,
-) -> Result<f64, FitError> {
-    let thinned = regression.thinned(MAX_SCALE_SAMPLES);
-    let count = thinned.targets.len().max(1) as f64;
-    // The scale's floor: encoder resolution, then rounding at the size of the data.
-    let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
-    let floor = (RESOLUTION_SHARE * resolution)
-        .max(1e-9 * size)
-        .max(f64::MIN_POSITIVE.sqrt());
-    let scale_around = |x: &[f64; P]| {
-        let residuals = (0..thinned.targets.len())
-            .map(|k| thinned.residual(k, x).abs())
-            .collect();
-        HUBER_TUNING * (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor)
-    };
-    let mut delta = scale_around(&thinned.least_squares());
-    // Residuals depend on delta, and delta on the residuals: alternated.
-    for _ in 0..SCALE_ROUNDS {
-        delta = scale_around(&thinned.minimise(delta, solver, options)?.x);
+    /// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few
+    /// rounds on a thinned copy, from least squares. The scale is not let below what the encoders
+    /// resolve, nor below what rounding leaves of the data. `near` is where the fits begin, and
+    /// where the last one ended.
+    fn settle_delta<const P: usize>(
+        &self,
+        regression: &Regression<P>,
+        near: &mut Option<[f64; P]>,
+        options: &SolveOptions,
+    ) -> Result<f64, FitError> {
+        let thinned = regression.thinned(MAX_SCALE_SAMPLES);
+        let count = thinned.targets.len().max(1) as f64;
+        // The scale's floor: encoder resolution, then rounding at the size of the data.
+        let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
+        let floor = (RESOLUTION_SHARE * self.resolution)
+            .max(1e-9 * size)
+            .max(f64::MIN_POSITIVE.sqrt());
+        let scale_around = |x: &[f64; P]| {
+            let residuals = (0..thinned.targets.len())
+                .map(|k| thinned.residual(k, x).abs())
+                .collect();
+            HUBER_TUNING * (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor)
+        };
+        let mut delta = scale_around(&thinned.least_squares());
+        // Residuals depend on delta, and delta on the residuals: alternated.
+        for _ in 0..SCALE_ROUNDS {
+            let found = thinned.minimise_from(near.as_ref(), delta, self.solver, options)?;
+            delta = scale_around(&found.x);
+            *near = Some(found.x);
+        }
+        Ok(delta)
     }
-    Ok(delta)
 }

@@ -40,6 +40,9 @@ const CAUSE_TOLERANCE: f64 = 1.25;
 const TRAVEL_TOLERANCE: f64 = 0.2;
 /// Least correlation of motor and load position for which one follows the other. A choice.
 const MIN_CORRELATION: f64 = 0.99;
+/// Difference of motor and load, RMS in rad at the motor, from which on the load would have to follow.
+/// A choice: a turn of the motor, far above any gap with its wind-up.
+const MAX_APART_RAD: f64 = std::f64::consts::TAU;
 /// Travel over the difference of motor and load from which on an axis moves as one body. A choice:
 /// a millimetre or two of a usual axis.
 const MIN_TRAVEL: f64 = 30.0;
@@ -115,9 +118,19 @@ pub(crate) fn check(
     if with_load {
         let Travel {
             ratio,
+            correlation,
             together,
             far,
+            apart,
         } = Travel::of(log);
+        // Known lengths tell a held load, which a motor winds up against, from a load that goes its
+        // own way: a current, or the position of something else.
+        if settings.known_inertia_kgm2.is_some() && !together && apart > MAX_APART_RAD {
+            let what = format!(
+                "the load does not follow the motor (correlation {correlation:.2}, {apart:.1} rad apart at the motor)"
+            );
+            return implausible(what, Cause::MixedColumns);
+        }
         // Both columns have to move alike, whatever the axis.
         if together && (ratio - 1.0).abs() > TRAVEL_TOLERANCE {
             let what = format!("the load moves {ratio:.4} times as far as the motor");
@@ -161,10 +174,14 @@ pub(crate) fn check(
 struct Travel {
     /// Travel of the load over that of the motor.
     ratio: f64,
+    /// Of the two positions; zero where one of them rests.
+    correlation: f64,
     /// Whether the load's position follows the motor's at all.
     together: bool,
     /// Whether they travel far against their difference.
     far: bool,
+    /// Their difference, RMS about its mean.
+    apart: f64,
 }
 
 impl Travel {
@@ -181,10 +198,13 @@ impl Travel {
             between += (m - l) * (m - l);
         }
         let size = (motors * loads).sqrt();
+        let correlation = if size > 0.0 { product / size } else { 0.0 };
         Travel {
             ratio: product / motors,
-            together: size > 0.0 && product.abs() > MIN_CORRELATION * size,
+            correlation,
+            together: correlation.abs() > MIN_CORRELATION,
             far: motors > MIN_TRAVEL * MIN_TRAVEL * between,
+            apart: (between / count).sqrt(),
         }
     }
 }

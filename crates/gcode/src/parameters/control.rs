@@ -23,7 +23,10 @@
 //! Checked against Haas 96-8000 ("Local Variables", "Offsets": G52 at #5201, G110 at #7001, G129 at
 //! #7381), Yasnac LX3, whose macros are Fanuc's (#5001 without, #5021, #5041 and #5061 with the tool
 //! offset), B-62093E (calls by M codes) and the list of G codes of the 30i (G54 in group 14, G66 in
-//! 12, G15 in 17). That Haas has G54 in group 12 is from its list of G codes, as in RS274/NGC.
+//! 12, G15 in 17), published lists of Fanuc's variables (#5201, #5221, #7001 and #7021 of G54.1 P1 and
+//! P2) and of Brother's D00 (#14001 and #14021 of the same two). That Haas has G54 in group 12 is from
+//! its list of G codes, as in RS274/NGC. Told by no document that was found: #14001 on Haas, the
+//! motion mode that holds after G80, and G98 at power-on.
 
 use super::View;
 use crate::codes::Code;

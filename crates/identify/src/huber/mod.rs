@@ -121,27 +121,38 @@ impl<const P: usize> Regression<P> {
         solver: &dyn QpSolver,
         options: &SolveOptions,
     ) -> Result<Minimiser<P>, FitError> {
+        self.minimise_from(None, delta, solver, options)
+    }
+
+    /// The same from a point nearby, such as the minimiser for another delta or for targets that
+    /// are little different: only samples near a corner of the loss there are explicit then. The
+    /// nearer it is the less is to be solved; the minimiser does not depend on it, and from a point
+    /// too far off it is sought as [`Self::minimise`] does.
+    ///
+    /// # Errors
+    /// As [`Self::minimise`].
+    pub fn minimise_from(
+        &self,
+        near: Option<&[f64; P]>,
+        delta: f64,
+        solver: &dyn QpSolver,
+        options: &SolveOptions,
+    ) -> Result<Minimiser<P>, FitError> {
         // From here on columns have RMS 1 and residuals are in deltas.
         let (scaled, units) = self.scaled(delta);
-        let mut state = Descent {
-            z: scaled.scaled_least_squares(),
-            status: SolverStatus::Solved,
-            iterations: 0,
-            solves: 0,
-            explicit: 0,
+        let mut state = match (scaled.square_alone(), near) {
+            (Some(z), _) => Descent::at(z),
+            (None, Some(x)) => {
+                let mut state = Descent::at(std::array::from_fn(|j| x[j] / units[j]));
+                match scaled.reduce(&mut state, solver, options) {
+                    Ok(()) => state,
+                    // Too far: where no sample is near a corner nothing bends the program.
+                    Err(FitError::Solver { .. }) => scaled.cold(solver, options)?,
+                    Err(error) => return Err(error),
+                }
+            }
+            (None, None) => scaled.cold(solver, options)?,
         };
-        // A thinned set in full gives a point near enough to sum up the samples far from the
-        // corners.
-        let thinned = scaled.thinned(MAX_THINNED_SAMPLES);
-        state.solve(
-            &thinned,
-            &vec![Piece::Explicit; thinned.targets.len()],
-            solver,
-            options,
-        )?;
-        if thinned.targets.len() < scaled.targets.len() {
-            scaled.reduce(&mut state, solver, options)?;
-        }
         // Remove the solver's own tolerance.
         scaled.polish(&mut state.z);
         let optimality = scaled.optimality(&state.z);
@@ -161,6 +172,33 @@ impl<const P: usize> Regression<P> {
             explicit,
             optimality,
         })
+    }
+
+    /// Least squares, where it is the minimiser: no residual leaves the square part and no bound is
+    /// in force. A program of data without noise has nothing that a solver could scale by.
+    fn square_alone(&self) -> Option<[f64; P]> {
+        let z = self.scaled_least_squares();
+        let free = (0..P).all(|j| !self.nonnegative[j] || z[j] > 0.0);
+        let square = || (0..self.targets.len()).all(|k| self.residual(k, &z).abs() <= 1.0);
+        (free && square()).then_some(z)
+    }
+
+    /// The descent from least squares.
+    fn cold(&self, solver: &dyn QpSolver, options: &SolveOptions) -> Result<Descent<P>, FitError> {
+        let mut state = Descent::at(self.scaled_least_squares());
+        // A thinned set in full gives a point near enough to sum up the samples far from the
+        // corners.
+        let thinned = self.thinned(MAX_THINNED_SAMPLES);
+        state.solve(
+            &thinned,
+            &vec![Piece::Explicit; thinned.targets.len()],
+            solver,
+            options,
+        )?;
+        if thinned.targets.len() < self.targets.len() {
+            self.reduce(&mut state, solver, options)?;
+        }
+        Ok(state)
     }
 
     /// Columns of RMS 1, targets in deltas, and the unit of each scaled coefficient.
@@ -297,6 +335,17 @@ struct Descent<const P: usize> {
 }
 
 impl<const P: usize> Descent<P> {
+    /// Before any solve.
+    fn at(z: [f64; P]) -> Self {
+        Descent {
+            z,
+            status: SolverStatus::Solved,
+            iterations: 0,
+            solves: 0,
+            explicit: 0,
+        }
+    }
+
     /// One program around the present point, and again with any bound that it was wrong to leave
     /// out.
     fn solve(

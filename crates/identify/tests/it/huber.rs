@@ -139,6 +139,40 @@ fn summing_up_is_exact() {
     }
 }
 
+/// Wherever it begins: at the minimum for another delta, beside it, far off, where nothing is near a
+/// corner of the loss, and where data fit to the last bit.
+#[test]
+fn the_start_does_not_matter() {
+    for seed in 20..24 {
+        let data = data(8000, 0.02, seed);
+        let cold = data.minimise(0.03, &Clarabel, &OPTIONS).unwrap();
+        let other = data.minimise(0.04, &Clarabel, &OPTIONS).unwrap().x;
+        let counting = Counting::default();
+        let near = data.minimise_from(Some(&other), 0.03, &counting, &OPTIONS);
+        assert!(counting.largest.get() < 1500, "{}", counting.largest.get());
+        for warm in [
+            near,
+            data.minimise_from(Some(&cold.x), 0.03, &Clarabel, &OPTIONS),
+            data.minimise_from(Some(&[0.9, -0.4, 0.08]), 0.03, &Clarabel, &OPTIONS),
+            data.minimise_from(Some(&[0.0; 3]), 0.03, &Clarabel, &OPTIONS),
+        ] {
+            let warm = warm.unwrap();
+            assert!(warm.optimality < 1e-12, "{:e}", warm.optimality);
+            for (warm, cold) in warm.x.iter().zip(cold.x) {
+                assert!((warm - cold).abs() < 1e-10, "{warm} {cold}");
+            }
+        }
+    }
+    let mut exact = data(3000, 0.02, 24);
+    for (row, y) in exact.rows.iter().zip(&mut exact.targets) {
+        *y = 0.2 * row[0] - 0.1 * row[1] + 0.03 * row[2];
+    }
+    let found = exact.minimise_from(Some(&[0.2, -0.1, 0.03]), 0.03, &Clarabel, &OPTIONS);
+    for (found, truth) in found.unwrap().x.iter().zip([0.2, -0.1, 0.03]) {
+        assert!((found - truth).abs() < 1e-12, "{found} {truth}");
+    }
+}
+
 #[test]
 fn a_thinned_start_that_misleads_is_put_right() {
     // every tenth sample, which is what thinning picks, tells another story than all the others

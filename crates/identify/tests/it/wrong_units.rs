@@ -127,6 +127,16 @@ fn swapped_columns() {
     assert_eq!(found, [Cause::SwappedColumns; 3]);
 }
 
+/// Current and a position exchanged: no position follows the other. Before, some of these were
+/// fitted, and the gap was "not told from zero".
+#[test]
+fn a_current_in_place_of_a_position() {
+    let found = cause_of(|_, rows| std::mem::swap(&mut rows.load_mm, &mut rows.current_a));
+    assert_eq!(found, [Cause::MixedColumns; 3]);
+    let found = cause_of(|_, rows| std::mem::swap(&mut rows.motor_mm, &mut rows.current_a));
+    assert_eq!(found, [Cause::MixedColumns; 3]);
+}
+
 /// From the motor alone much noise leaves a wide interval or none, but not a wrong one.
 #[test]
 fn noise_that_hides_the_load_is_no_gap() {
