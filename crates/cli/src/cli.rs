@@ -7,6 +7,7 @@ use crate::method::{self, MethodCommand};
 use crate::output::Failure;
 use crate::parts::check::{Check, Lint, check, lint};
 use crate::parts::gcode::{self, Canon, Explain, FormatPart, GcodeCommand, WritePart};
+use crate::parts::lsp::{self, Lsp};
 use crate::parts::plan::{self, Plan};
 use crate::parts::report::{self, Report};
 use crate::parts::simulate::{self, Compare, Simulate};
@@ -44,7 +45,7 @@ const HEADINGS: [(&str, &[&str]); 5] = [
     (
         "Parts",
         &[
-            "simulate", "watch", "report", "time", "check", "plan", "gcode",
+            "simulate", "watch", "report", "time", "check", "plan", "gcode", "lsp",
         ],
     ),
     ("Machines and methods", &["machine", "method"]),
@@ -107,6 +108,8 @@ enum Command {
     /// Explain, format, rewrite and list the text of a part program
     #[command(subcommand)]
     Gcode(GcodeCommand),
+    /// Serve an editor: findings, what a line does, format, and contour errors after a run
+    Lsp(Lsp),
     /// List, show, check, make and import machines
     #[command(subcommand)]
     Machine(MachineCommand),
@@ -184,6 +187,7 @@ impl Cli {
             Command::Format(args) => gcode::format(args, quiet),
             Command::Explain(args) => gcode::explain(args, quiet),
             Command::Write(args) => gcode::write(args, quiet),
+            Command::Lsp(args) => lsp::run(args),
             Command::Machine(command) => machine::run(command, quiet),
             Command::Method(command) => method::run(command),
             Command::Axis(command) => axis::run(command, quiet),

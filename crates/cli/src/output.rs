@@ -88,9 +88,14 @@ pub(crate) fn stdout() -> io::BufWriter<io::StdoutLock<'static>> {
     io::BufWriter::with_capacity(BUFFER_BYTES, io::stdout().lock())
 }
 
+/// Whether somebody looks at stdout.
+pub(crate) fn stdout_is_terminal() -> bool {
+    io::stdout().is_terminal()
+}
+
 /// Whether stdout is a terminal that wants colour (`NO_COLOR` unset, `TERM` not `dumb`).
 pub(crate) fn stdout_has_color() -> bool {
-    io::stdout().is_terminal() && wants_color()
+    stdout_is_terminal() && wants_color()
 }
 
 /// The same for stderr.

@@ -1,4 +1,4 @@
-//! Results for people and for other programs: terminal tables, JSON, CSV, SVG, a page for a browser,
+//! Results for people and for other programs: terminal tables, JSON, CSV, Parquet, SVG, a page for a browser,
 //! and files that appear complete or not at all.
 //!
 //! Everything here is made from the data types of `lostmotion-sim`, `lostmotion-plan` and
@@ -12,6 +12,8 @@ pub mod findings;
 pub mod json;
 pub mod number;
 pub mod page;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod runs;
 #[cfg(feature = "schema")]
 pub mod schema;

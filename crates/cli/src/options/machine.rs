@@ -18,7 +18,7 @@ use lostmotion::sim::machine::{
 use std::path::{Path, PathBuf};
 
 /// The machine and what is changed about it.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct MachineOptions {
     /// Machine: a name from `machine list`, or a machine file
@@ -33,7 +33,7 @@ pub(crate) struct MachineOptions {
 }
 
 /// Values in place of those of a machine file.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct Changes {
     /// Origin of a work coordinate system in machine coordinates, X,Y,Z,A,B,C in mm and deg, for

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// How a program is read.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Reading the program")]
 pub(crate) struct Reading {
     /// Dialect of the program; the machine's, if left out
@@ -181,7 +181,7 @@ impl Reading {
 }
 
 /// A part program that is read, on a machine or without one.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Setup {
     /// The machine, from which tools, work offsets, the position at the start and the travel are
     /// taken

@@ -15,7 +15,7 @@ use lostmotion::sim::{Machine, Program, SimError, SimulateOptions, Simulation};
 use std::path::PathBuf;
 
 /// Which lints are reported, and how.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Lints")]
 pub(crate) struct LintLevels {
     /// Switch a lint off; may be repeated. `all` stands for every lint, and a code beats `all`
@@ -123,11 +123,7 @@ pub(crate) fn lint(args: &Lint, quiet: bool) -> Result<u8, Failure> {
 /// `check`: on the machine named or the default one; moves beyond its travel are errors.
 pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
     let voice = args.setup.reading.voice(quiet);
-    let mut usual = Levels::default();
-    // The machine was chosen: a part beyond its travel is an error here, unless --allow or --warn
-    // says otherwise.
-    usual.set(TRAVEL, Level::Deny);
-    let levels = levels(&args.lints, usual);
+    let levels = levels_on_machine(&args.lints);
     let machine = args.setup.on.load()?;
     let source = input::program(&args.part)?;
     let mut findings = find(
@@ -148,8 +144,16 @@ pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
     Ok(code)
 }
 
+/// The levels asked for on a machine that was chosen: a part beyond its travel is an error there,
+/// unless --allow or --warn says otherwise.
+pub(super) fn levels_on_machine(args: &LintLevels) -> Levels {
+    let mut usual = Levels::default();
+    usual.set(TRAVEL, Level::Deny);
+    levels(args, usual)
+}
+
 /// What the interpreter and the lints find and, on a machine, what leaves its travel.
-fn find<'a>(
+pub(super) fn find<'a>(
     source: &'a Program,
     part: &std::path::Path,
     setup: &Setup,

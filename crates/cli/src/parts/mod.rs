@@ -1,9 +1,9 @@
-//! `lostmotion simulate`, `time`, `check`, `plan`, `gcode`, `report`,
-//! `watch`: what is done with a part
-//! program and with the answers about it.
+//! `lostmotion simulate`, `time`, `check`, `plan`, `gcode`, `report`, `watch`, `lsp`: what is done with
+//! a part program and with the answers about it.
 
 pub(crate) mod check;
 pub(crate) mod gcode;
+pub(crate) mod lsp;
 pub(crate) mod plan;
 mod record;
 pub(crate) mod report;

@@ -2,36 +2,36 @@
 
 use crate::options::{number, whole};
 use crate::output::{Failure, Progress, create, create_folder};
-use clap::Args;
+use clap::{Args, ValueEnum};
+use lostmotion::report::WriteError;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::{
-    BlockWriter, ContourWriter, MotorWriter, ReversalWriter, TraceRange,
+    BlockWriter, ContourWriter, MotorWriter, ReversalWriter, Rows, TraceRange,
 };
 use lostmotion::report::findings::BlockRecorder;
-use lostmotion::report::page::{PageRecorder, page};
-use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
-use lostmotion::report::{WriteError, number};
-use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult, Run};
+use lostmotion::report::page::{Gathered, PageRecorder, page, still};
+use lostmotion::report::parquet::{ContourTable, MotorTable};
+use lostmotion::report::text::Along;
+use lostmotion::sim::results::{BlockResult, ReversalResult, Run};
 use lostmotion::sim::{ContourPoint, Machine, MotorPoint, Observer, Program};
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A method's trace in the picture has at most twice this many points. A choice: more than a panel
-/// has pixels across.
-const PICTURE_POINTS: usize = 4000;
-
 /// What is written of every servo tick.
 #[derive(Debug, Args)]
 pub(crate) struct Trace {
-    /// Also write contour.csv: contour error and places of command and tool at every servo tick
+    /// Also write contour.csv (or .parquet): contour error and places of command and tool at every servo tick
     #[arg(long, requires = "out")]
     pub(crate) trace: bool,
-    /// Also write motors.csv: reference, motor, load, current, torque and engagement of every axis
+    /// Also write motors.csv (or .parquet): reference, motor, load, current, torque and engagement of every axis
     /// at every servo tick
     #[arg(long, requires = "out")]
     pub(crate) trace_motors: bool,
+    /// Form of the traces
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) trace_format: TraceFormat,
     /// Write traces from this time on, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
     pub(crate) from: Option<f64>,
@@ -43,6 +43,84 @@ pub(crate) struct Trace {
     pub(crate) every: Option<u64>,
 }
 
+/// Form of a trace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TraceFormat {
+    /// Rows of text, rounded to decimals
+    #[default]
+    Csv,
+    /// Columns of numbers in full, for data tools
+    Parquet,
+}
+
+impl TraceFormat {
+    /// Name of a table.
+    fn file(self, table: &str) -> String {
+        match self {
+            TraceFormat::Csv => format!("{table}.csv"),
+            TraceFormat::Parquet => format!("{table}.parquet"),
+        }
+    }
+}
+
+/// A table of contour errors in either form.
+enum ContourTrace {
+    Csv(ContourWriter<Rows<AtomicFile>>),
+    Parquet(ContourTable<AtomicFile>),
+}
+
+impl ContourTrace {
+    fn new(form: TraceFormat, file: AtomicFile, range: TraceRange) -> io::Result<ContourTrace> {
+        Ok(match form {
+            TraceFormat::Csv => ContourTrace::Csv(ContourWriter::new(file, range)?),
+            TraceFormat::Parquet => ContourTrace::Parquet(ContourTable::start(file, range)?),
+        })
+    }
+
+    fn push(&mut self, method: &str, points: &[ContourPoint]) -> io::Result<()> {
+        match self {
+            ContourTrace::Csv(writer) => writer.push(method, points),
+            ContourTrace::Parquet(writer) => writer.push(method, points),
+        }
+    }
+
+    fn finish(self) -> io::Result<AtomicFile> {
+        match self {
+            ContourTrace::Csv(writer) => writer.finish(),
+            ContourTrace::Parquet(writer) => writer.finish(),
+        }
+    }
+}
+
+/// A table of motors in either form.
+enum MotorTrace {
+    Csv(MotorWriter<Rows<AtomicFile>>),
+    Parquet(MotorTable<AtomicFile>),
+}
+
+impl MotorTrace {
+    fn new(form: TraceFormat, file: AtomicFile, range: TraceRange) -> MotorTrace {
+        match form {
+            TraceFormat::Csv => MotorTrace::Csv(MotorWriter::new(file, range)),
+            TraceFormat::Parquet => MotorTrace::Parquet(MotorTable::start(file, range)),
+        }
+    }
+
+    fn push(&mut self, method: &str, points: &[MotorPoint]) -> io::Result<()> {
+        match self {
+            MotorTrace::Csv(writer) => writer.push(method, points),
+            MotorTrace::Parquet(writer) => writer.push(method, points),
+        }
+    }
+
+    fn finish(self) -> io::Result<AtomicFile> {
+        match self {
+            MotorTrace::Csv(writer) => writer.finish(),
+            MotorTrace::Parquet(writer) => writer.finish(),
+        }
+    }
+}
+
 impl Trace {
     /// The ticks to write.
     pub(crate) fn range(&self) -> Result<TraceRange, Failure> {
@@ -50,6 +128,7 @@ impl Trace {
             ("--from", self.from.is_some()),
             ("--to", self.to.is_some()),
             ("--every", self.every.is_some()),
+            ("--trace-format", self.trace_format != TraceFormat::Csv),
         ];
         // Without a trace they would do nothing, in silence.
         if let Some((flag, _)) = given.iter().find(|(_, given)| *given)
@@ -83,9 +162,8 @@ impl Trace {
 struct RunFiles {
     blocks: BlockWriter<AtomicFile>,
     reversals: ReversalWriter<AtomicFile>,
-    contour: Option<ContourWriter<AtomicFile>>,
-    motors: Option<MotorWriter<AtomicFile>>,
-    traces: Vec<TraceRecorder>,
+    contour: Option<ContourTrace>,
+    motors: Option<MotorTrace>,
     failed: Option<io::Error>,
     /// Last, so that it goes when the files in it are gone and can take a folder that it made
     /// along.
@@ -104,6 +182,8 @@ pub(crate) struct Record {
     served: Option<PageSlot>,
     /// Blocks outside the tolerance, where they are the answer.
     blocks: Option<BlockRecorder>,
+    /// The error along the program of each method, where a terminal shows it.
+    along: Vec<Along>,
 }
 
 /// Takes the page of a run for whoever shows it.
@@ -117,34 +197,31 @@ fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
 }
 
 impl RunFiles {
-    fn new(path: &Path, methods: usize, trace: &Trace) -> Result<RunFiles, Failure> {
+    fn new(path: &Path, trace: &Trace) -> Result<RunFiles, Failure> {
         let range = trace.range()?;
         let folder = create_folder(path)?;
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
         let reversals =
             ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
+        let form = trace.trace_format;
         // A row a servo tick makes gigabytes of an hour: only on request.
         let contour = if trace.trace {
-            let file = folder.file("contour.csv")?;
-            Some(ContourWriter::new(file, range).map_err(io_error(&folder))?)
+            let file = folder.file(&form.file("contour"))?;
+            Some(ContourTrace::new(form, file, range).map_err(io_error(&folder))?)
         } else {
             None
         };
         let motors = if trace.trace_motors {
-            Some(MotorWriter::new(folder.file("motors.csv")?, range))
+            let file = folder.file(&form.file("motors"))?;
+            Some(MotorTrace::new(form, file, range))
         } else {
             None
         };
-        // The picture needs a trace of each method, thinned out while the run goes on.
-        let traces = (0..methods)
-            .map(|_| TraceRecorder::new(PICTURE_POINTS))
-            .collect();
         Ok(RunFiles {
             blocks,
             reversals,
             contour,
             motors,
-            traces,
             failed: None,
             folder,
         })
@@ -157,21 +234,7 @@ impl RunFiles {
         }
     }
 
-    fn contour(&mut self, method: usize, name: &str, points: &[ContourPoint]) {
-        if let Some(trace) = self.traces.get_mut(method) {
-            for point in points {
-                // Rapids cut nothing: the picture lifts the pen.
-                if point.rapid {
-                    trace.lift();
-                } else if point.moving {
-                    trace.push(TracePoint {
-                        foot_mm: point.foot_mm,
-                        normal: point.normal,
-                        error_um: point.error_um,
-                    });
-                }
-            }
-        }
+    fn contour(&mut self, name: &str, points: &[ContourPoint]) {
         if let Some(writer) = &mut self.contour {
             let result = writer.push(name, points);
             self.keep(result);
@@ -193,9 +256,7 @@ impl Record {
             // Wrong without a folder, too.
             trace.range()?;
         }
-        let files = out
-            .map(|path| RunFiles::new(path, methods.len(), trace))
-            .transpose()?;
+        let files = out.map(|path| RunFiles::new(path, trace)).transpose()?;
         let html = html.map(create).transpose()?;
         let with_page = files.is_some() || html.is_some();
         Ok(Record {
@@ -206,6 +267,7 @@ impl Record {
             html,
             served: None,
             blocks: None,
+            along: Vec::new(),
         })
     }
 
@@ -225,6 +287,17 @@ impl Record {
         Record { blocks, ..self }
     }
 
+    /// The same, with the error along the program.
+    pub(crate) fn with_along(self) -> Record {
+        let along = vec![Along::default(); self.methods.len()];
+        Record { along, ..self }
+    }
+
+    /// The error along the program of each method; none if it was not asked for.
+    pub(crate) fn take_along(&mut self) -> Vec<Along> {
+        std::mem::take(&mut self.along)
+    }
+
     /// The blocks outside the tolerance, if they were kept.
     pub(crate) fn take_blocks_outside(&mut self) -> Option<BlockRecorder> {
         self.blocks.take()
@@ -234,9 +307,12 @@ impl Record {
     /// `--out` and `--html` this does nothing.
     pub(crate) fn finish(mut self, answer: &Answer<'_>) -> Result<(), Failure> {
         self.progress.finish();
-        let page = self
-            .page
-            .map(|recorder| page(answer.run, answer.machine, answer.program, recorder))
+        let gathered = self.page.map(|recorder| recorder.finish(answer.run));
+        let page_of =
+            |gathered: &Gathered| page(answer.run, answer.machine, answer.program, gathered);
+        let page = gathered
+            .as_ref()
+            .map(page_of)
             .transpose()
             .map_err(|error| {
                 Failure::message(format!("cannot read {}: {error}", answer.program.name()))
@@ -254,29 +330,14 @@ impl Record {
         let Some(mut files) = self.files else {
             return Ok(());
         };
-        let run = answer.run;
         // Told now and not where it happened, since an observer cannot stop the run.
         if let Some(error) = files.failed {
             return Err(io_error(&files.folder)(error));
         }
-        // Captions need the final figures, so traces are closed only now.
-        let traces: Vec<ContourTrace> = files
-            .traces
-            .into_iter()
-            .zip(&run.results)
-            .map(|(trace, result)| trace.finish(&result.method, &caption(result)))
-            .collect();
-        let picture = ContourPicture {
-            title: format!("Contour error of {}", file_name(&run.program.name)),
-            subtitle: format!(
-                "{}, {} of machine time",
-                run.machine,
-                number::duration(run.plan.duration_s)
-            ),
-            tolerance_um: Some(run.tolerance_um),
-            plane: None,
-        };
-        let svg = contour(&picture, &traces);
+        let svg = gathered
+            .as_ref()
+            .map(|gathered| still(answer.run, gathered))
+            .unwrap_or_default();
         let texts = [
             ("contour.svg", &svg),
             (PAGE_NAME, &page),
@@ -286,8 +347,8 @@ impl Record {
         let folder = &mut files.folder;
         // All files are completed before the folder names the first of them.
         let mut done = vec![files.blocks.finish(), files.reversals.finish()];
-        done.extend(files.contour.map(ContourWriter::finish));
-        done.extend(files.motors.map(MotorWriter::finish));
+        done.extend(files.contour.map(ContourTrace::finish));
+        done.extend(files.motors.map(MotorTrace::finish));
         for file in done {
             let file = file.map_err(io_error(folder))?;
             folder.add(file);
@@ -320,26 +381,6 @@ pub(crate) struct Answer<'a> {
     pub(crate) text: &'a String,
 }
 
-/// The last part of a path.
-fn file_name(path: &str) -> &str {
-    std::path::Path::new(path)
-        .file_name()
-        .and_then(|name| name.to_str())
-        .unwrap_or(path)
-}
-
-fn caption(result: &MethodResult) -> String {
-    let figure = number::error;
-    let stops = result.stop.as_ref().map_or(String::new(), |stop| {
-        format!("stops at {} s, up to there ", number::fixed(stop.time_s, 3))
-    });
-    format!(
-        "{stops}max {} \u{b5}m, RMS {} \u{b5}m",
-        figure(result.cutting.max),
-        figure(result.cutting.rms)
-    )
-}
-
 impl Observer for Record {
     fn progress(&mut self, done: lostmotion::sim::Progress) -> ControlFlow<()> {
         self.progress
@@ -365,15 +406,18 @@ impl Observer for Record {
     }
 
     fn wants_contour(&self) -> bool {
-        self.files.is_some() || self.page.is_some()
+        self.files.is_some() || self.page.is_some() || !self.along.is_empty()
     }
 
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
+        if let Some(along) = self.along.get_mut(method) {
+            along.push(points);
+        }
         if let Some(page) = &mut self.page {
             page.contour(method, points);
         }
         if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
-            files.contour(method, name, points);
+            files.contour(name, points);
         }
     }
 

@@ -8,12 +8,14 @@ use crate::input;
 use crate::options::machine::{Drives, with_fits};
 use crate::options::part::OnMachine;
 use crate::options::{Interventions, Names, Quality, RunFormat, methods, number, threads, whole};
-use crate::output::{DONE, FOUND, Failure, print, refuse_input, refuse_inputs, remark};
+use crate::output::{
+    DONE, FOUND, Failure, print, refuse_input, refuse_inputs, remark, stdout_is_terminal,
+};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
 use lostmotion::report::findings::BlockRecorder;
 use lostmotion::report::text;
-use lostmotion::report::text::TextOptions;
+use lostmotion::report::text::{Along, TextOptions};
 use lostmotion::sim::control::{Control, UnknownControl};
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation, results};
 use std::path::{Path, PathBuf};
@@ -107,6 +109,12 @@ impl Run {
             Some(slot) => record.with_page_in(slot),
             None => record,
         };
+        // Its line is made of blocks that no file and no pipe expects.
+        let record = if self.format == RunFormat::Text && stdout_is_terminal() {
+            record.with_along()
+        } else {
+            record
+        };
         if self.format != RunFormat::Sarif {
             return Ok(record);
         }
@@ -121,13 +129,17 @@ impl Run {
         options: &SimulateOptions,
         text: &str,
         outside: Option<BlockRecorder>,
+        along: &[Along],
     ) -> Result<(), Failure> {
         let (RunFormat::Sarif, Some(outside)) = (self.format, outside) else {
-            return print(if self.format == RunFormat::Text {
-                text
-            } else {
-                answer.json
-            });
+            if self.format != RunFormat::Text {
+                return print(answer.json);
+            }
+            let run = answer.run;
+            let names = run.results.iter().map(|result| result.method.as_str());
+            let methods: Vec<(&str, &Along)> = names.zip(along).collect();
+            let line = text::along(&methods, run.tolerance_um, run.plan.duration_s, &shown());
+            return print(&format!("{text}{line}"));
         };
         let mut findings = found(answer.program, answer.machine, options)?;
         // Of the method that decides; where none is recommended, of the first.
@@ -333,6 +345,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let json = to_json(&simulation)?;
     // Files get text without colour in full width; stdout gets what its terminal can show.
     let outside = record.take_blocks_outside();
+    let along = record.take_along();
     let answer = Answer {
         program: &program,
         machine: &machine,
@@ -344,7 +357,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     };
     record.finish(&answer)?;
     let text = text::simulation(&simulation, &run.listed(shown()));
-    run.print(&answer, &options, &text, outside)?;
+    run.print(&answer, &options, &text, outside, &along)?;
     Ok(exit_code(answer.run))
 }
 
@@ -375,6 +388,7 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     }
     let json = to_json(&comparison)?;
     let outside = record.take_blocks_outside();
+    let along = record.take_along();
     let answer = Answer {
         program: &program,
         machine: &machine,
@@ -386,7 +400,7 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     };
     record.finish(&answer)?;
     let text = text::comparison(&comparison, &run.listed(shown()));
-    run.print(&answer, &options, &text, outside)?;
+    run.print(&answer, &options, &text, outside, &along)?;
     Ok(exit_code(answer.run))
 }
 

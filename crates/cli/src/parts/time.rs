@@ -4,10 +4,11 @@ use super::{accepted, failure, shown, to_json};
 use crate::input;
 use crate::options::part::OnMachine;
 use crate::options::{Format, Interventions, Quality, number, show, threads, whole};
-use crate::output::{DONE, Failure, create_folder};
+use crate::output::{DONE, Failure, create, create_folder, refuse_input, refuse_inputs};
 use clap::{Args, ValueHint};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::TimeWriter;
+use lostmotion::report::page::time_page;
 use lostmotion::report::text::TextOptions;
 use lostmotion::report::{WriteError, text};
 use lostmotion::sim::time::TimeOptions;
@@ -49,10 +50,13 @@ pub(crate) struct Time {
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
-    /// Folder for time.json, time.txt and blocks.csv (a row for each run of a block); made if it
-    /// does not exist
+    /// Folder for time.json, time.txt, page.html and blocks.csv (a row for each run of a block);
+    /// made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Also write the answer as a page for a browser, one file that needs no network
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) html: Option<PathBuf>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
@@ -77,11 +81,11 @@ impl TimeFiles {
         Ok(TimeFiles { blocks, folder })
     }
 
-    fn finish(self, json: &str, text: &str) -> Result<(), Failure> {
+    fn finish(self, json: &str, text: &str, page: &str) -> Result<(), Failure> {
         let TimeFiles { blocks, mut folder } = self;
         let blocks = blocks.finish().map_err(unwritten(&folder))?;
         folder.add(blocks);
-        for (name, content) in [("time.json", json), ("time.txt", text)] {
+        for (name, content) in [("time.json", json), ("time.txt", text), ("page.html", page)] {
             let mut file = folder.file(name)?;
             file.write_all(content.as_bytes())
                 .map_err(unwritten(&folder))?;
@@ -116,6 +120,11 @@ pub(crate) fn run(args: &Time, quiet: bool) -> Result<u8, Failure> {
         what_if: !args.no_what_if,
     };
     // A folder that cannot be made is found before the planning.
+    if let Some(html) = &args.html {
+        refuse_input(html, &args.on.part, "part program")?;
+        refuse_inputs(html, args.on.setup.on.inputs())?;
+    }
+    let html = args.html.as_deref().map(create).transpose()?;
     let mut files = args.out.as_deref().map(TimeFiles::new).transpose()?;
     // A row each time a block runs: a loop may make millions, which are never held in memory.
     let mut sink = |rows: &[BlockTime]| {
@@ -133,8 +142,14 @@ pub(crate) fn run(args: &Time, quiet: bool) -> Result<u8, Failure> {
         })?;
     accepted(&program, &machine, &options, voice)?;
     let json = to_json(&time)?;
+    let page = time_page(&time);
+    if let Some(mut file) = html {
+        let written = file.write_all(page.as_bytes());
+        written.map_err(|error| WriteError::io("write", file.path(), error))?;
+        file.commit()?;
+    }
     if let Some(files) = files {
-        files.finish(&json, &text::time(&time, &TextOptions::default()))?;
+        files.finish(&json, &text::time(&time, &TextOptions::default()), &page)?;
     }
     show(args.format, &json, &text::time(&time, &shown()))?;
     Ok(DONE)

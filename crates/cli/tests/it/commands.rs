@@ -93,7 +93,7 @@ fn results_of_a_run_go_into_a_folder_together() {
     assert!(
         std::fs::read_to_string(bench.path("a/b/contour.svg"))
             .unwrap()
-            .contains(">none</text>")
+            .contains(">method none: within the tolerance of 1000 \u{b5}m</text>")
     );
     bench.refuses(&["simulate", "circle.ngc", "--trace"], &["--out"]);
 }

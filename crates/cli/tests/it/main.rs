@@ -9,6 +9,7 @@
 mod bench;
 mod commands;
 mod drives;
+mod editor;
 mod hostile;
 #[cfg(unix)]
 mod interrupt;

@@ -13,9 +13,89 @@ pub(super) const RATE_DECIMALS: usize = 9;
 /// Decimals of errors in um: 0.1 nm.
 pub(super) const ERROR_DECIMALS: usize = 4;
 
+/// What stands in a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// Text that repeats often, as a method's name.
+    Text,
+    /// A number; nothing where it is not finite.
+    Number,
+    /// A whole number.
+    Integer,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, with the unit.
+    pub name: String,
+    /// What stands in it.
+    pub kind: ColumnKind,
+}
+
+impl Column {
+    /// A column.
+    pub fn new(name: impl Into<String>, kind: ColumnKind) -> Column {
+        Column {
+            name: name.into(),
+            kind,
+        }
+    }
+}
+
+/// A table that takes its rows cell by cell, whatever its form. Private to this crate: cells have to
+/// come in the order of the columns.
+pub trait Cells: Sized {
+    /// What it writes to.
+    type Out;
+
+    /// Starts a table with these columns.
+    #[doc(hidden)]
+    fn start(out: Self::Out, columns: &[Column]) -> io::Result<Self>;
+    #[doc(hidden)]
+    fn text(&mut self, text: &str);
+    #[doc(hidden)]
+    fn number(&mut self, value: f64, decimals: usize);
+    #[doc(hidden)]
+    fn integer(&mut self, value: i64);
+    #[doc(hidden)]
+    fn end(&mut self) -> io::Result<()>;
+    /// Writes what is left and gives the writer back.
+    #[doc(hidden)]
+    fn finish(self) -> io::Result<Self::Out>;
+}
+
+impl<W: Write> Cells for Rows<W> {
+    type Out = W;
+
+    fn start(out: W, columns: &[Column]) -> io::Result<Rows<W>> {
+        Rows::new(out, columns.iter().map(|column| column.name.as_str()))
+    }
+
+    fn text(&mut self, text: &str) {
+        Rows::text(self, text);
+    }
+
+    fn number(&mut self, value: f64, decimals: usize) {
+        Rows::number(self, value, decimals);
+    }
+
+    fn integer(&mut self, value: i64) {
+        self.signed(value);
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        Rows::end(self)
+    }
+
+    fn finish(self) -> io::Result<W> {
+        Rows::finish(self)
+    }
+}
+
 /// Builds rows cell by cell. Cells after the first of a row get their comma.
 #[derive(Debug)]
-pub(super) struct Rows<W> {
+pub struct Rows<W> {
     out: W,
     buffer: Vec<u8>,
     row_started: bool,
@@ -60,12 +140,13 @@ impl<W: Write> Rows<W> {
     }
 
     /// A small number with its sign.
-    pub(super) fn signed(&mut self, value: i8) {
+    pub(super) fn signed(&mut self, value: impl Into<i64>) {
+        let value: i64 = value.into();
         self.comma();
         if value < 0 {
             self.buffer.push(b'-');
         }
-        push_integer(&mut self.buffer, u64::from(value.unsigned_abs()));
+        push_integer(&mut self.buffer, value.unsigned_abs());
     }
 
     /// The time `tick * period_ns` in s, exact.

@@ -1,6 +1,6 @@
 //! Traces: what is known of a run at servo ticks.
 
-use super::rows::{ERROR_DECIMALS, Rows};
+use super::rows::{Cells, Column, ColumnKind, ERROR_DECIMALS, Rows};
 use lostmotion_sim::{ContourPoint, MotorPoint};
 use std::io::{self, Write};
 
@@ -127,45 +127,59 @@ impl<T: Clone> Thinned<T> {
 }
 
 /// Columns of [`ContourWriter`].
-const CONTOUR_COLUMNS: [&str; 20] = [
-    "method",
-    "t_s",
-    "foot_x_mm",
-    "foot_y_mm",
-    "foot_z_mm",
-    "normal_x",
-    "normal_y",
-    "normal_z",
-    "error_um",
-    "backlash_um",
-    "rapid",
-    "file",
-    "line",
-    "commanded_x_mm",
-    "commanded_y_mm",
-    "commanded_z_mm",
-    "tool_x_mm",
-    "tool_y_mm",
-    "tool_z_mm",
-    "moving",
-];
+fn contour_columns() -> Vec<Column> {
+    use ColumnKind::{Integer, Number, Text};
+    let columns = [
+        ("method", Text),
+        ("t_s", Number),
+        ("foot_x_mm", Number),
+        ("foot_y_mm", Number),
+        ("foot_z_mm", Number),
+        ("normal_x", Number),
+        ("normal_y", Number),
+        ("normal_z", Number),
+        ("error_um", Number),
+        ("backlash_um", Number),
+        ("rapid", Integer),
+        ("file", Integer),
+        ("line", Integer),
+        ("commanded_x_mm", Number),
+        ("commanded_y_mm", Number),
+        ("commanded_z_mm", Number),
+        ("tool_x_mm", Number),
+        ("tool_y_mm", Number),
+        ("tool_z_mm", Number),
+        ("moving", Integer),
+    ];
+    columns.map(|(name, kind)| Column::new(name, kind)).to_vec()
+}
 
 /// Writes the fields of [`ContourPoint`] with the method's name before them. Peaks of a group are
 /// those of the error and of what backlash adds to it.
 #[derive(Debug)]
-pub struct ContourWriter<W> {
-    rows: Rows<W>,
+pub struct ContourWriter<T> {
+    rows: T,
     thinned: Thinned<ContourPoint>,
 }
 
-impl<W: Write> ContourWriter<W> {
+impl<W: Write> ContourWriter<Rows<W>> {
     /// Starts the table.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn new(out: W, range: TraceRange) -> io::Result<ContourWriter<W>> {
+    pub fn new(out: W, range: TraceRange) -> io::Result<ContourWriter<Rows<W>>> {
+        ContourWriter::start(out, range)
+    }
+}
+
+impl<T: Cells> ContourWriter<T> {
+    /// Starts the table in its form.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn start(out: T::Out, range: TraceRange) -> io::Result<ContourWriter<T>> {
         Ok(ContourWriter {
-            rows: Rows::new(out, CONTOUR_COLUMNS)?,
+            rows: T::start(out, &contour_columns())?,
             thinned: Thinned::new(range),
         })
     }
@@ -194,7 +208,7 @@ impl<W: Write> ContourWriter<W> {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(mut self) -> io::Result<W> {
+    pub fn finish(mut self) -> io::Result<T::Out> {
         for (method, point) in self.thinned.rest() {
             contour_row(&mut self.rows, &method, &point)?;
         }
@@ -202,7 +216,7 @@ impl<W: Write> ContourWriter<W> {
     }
 }
 
-fn contour_row<W: Write>(rows: &mut Rows<W>, method: &str, point: &ContourPoint) -> io::Result<()> {
+fn contour_row(rows: &mut impl Cells, method: &str, point: &ContourPoint) -> io::Result<()> {
     rows.text(method);
     rows.number(point.time_s, 6);
     for coordinate in point.foot_mm {
@@ -215,15 +229,15 @@ fn contour_row<W: Write>(rows: &mut Rows<W>, method: &str, point: &ContourPoint)
     rows.number(point.error_um, ERROR_DECIMALS);
     rows.number(point.backlash_um, ERROR_DECIMALS);
     // Rapids are in the table, too: sums over cutting moves leave them out by this column.
-    rows.integer(u64::from(point.rapid));
-    rows.integer(u64::from(point.block.span.file));
-    rows.integer(u64::from(point.block.span.line));
+    rows.integer(i64::from(point.rapid));
+    rows.integer(i64::from(point.block.span.file));
+    rows.integer(i64::from(point.block.span.line));
     // Where the tool should be and where it is: the foot point and the error along the normal do
     // not tell in space, nor at a corner.
     for coordinate in point.commanded_mm.into_iter().chain(point.actual_mm) {
         rows.number(coordinate, PLACE_DECIMALS);
     }
-    rows.integer(u64::from(point.moving));
+    rows.integer(i64::from(point.moving));
     rows.end()
 }
 
@@ -231,17 +245,23 @@ fn contour_row<W: Write>(rows: &mut Rows<W>, method: &str, point: &ContourPoint)
 /// case (`y2` is the second motor of a gantry's Y), `x_reference_<u>`, `x_motor_<u>`, `x_load_<u>`,
 /// `x_current_a`, `x_torque_nm`, `x_engagement` (-1, 0, 1). Peaks of a group are those of the largest
 /// following error and of the largest current.
-#[derive(Debug)]
-pub struct MotorWriter<W> {
+pub struct MotorWriter<T: Cells> {
     /// Until the first tick tells which motors there are.
-    out: Option<W>,
-    rows: Option<Rows<W>>,
+    out: Option<T::Out>,
+    rows: Option<T>,
     thinned: Thinned<Vec<MotorPoint>>,
 }
 
-impl<W: Write> MotorWriter<W> {
+impl<W: Write> MotorWriter<Rows<W>> {
     /// A table whose columns are made with its first row.
-    pub const fn new(out: W, range: TraceRange) -> MotorWriter<W> {
+    pub const fn new(out: W, range: TraceRange) -> MotorWriter<Rows<W>> {
+        MotorWriter::start(out, range)
+    }
+}
+
+impl<T: Cells> MotorWriter<T> {
+    /// The same in its form.
+    pub const fn start(out: T::Out, range: TraceRange) -> MotorWriter<T> {
         MotorWriter {
             out: Some(out),
             rows: None,
@@ -256,7 +276,7 @@ impl<W: Write> MotorWriter<W> {
     pub fn push(&mut self, method: &str, points: &[MotorPoint]) -> io::Result<()> {
         // Points of a tick share their time.
         for tick in points.chunk_by(|a, b| a.time_s.to_bits() == b.time_s.to_bits()) {
-            self.start(tick)?;
+            self.head(tick)?;
             if !tick
                 .iter()
                 .any(|point| self.thinned.range.contains(point.time_s))
@@ -277,11 +297,11 @@ impl<W: Write> MotorWriter<W> {
     }
 
     /// Writes the header, by the motors of the first tick.
-    fn start(&mut self, tick: &[MotorPoint]) -> io::Result<()> {
+    fn head(&mut self, tick: &[MotorPoint]) -> io::Result<()> {
         let Some(out) = self.out.take() else {
             return Ok(());
         };
-        let mut header = vec!["method".to_owned(), "t_s".to_owned()];
+        let mut columns = first_columns();
         for point in tick {
             let motor = format!(
                 "{}{}",
@@ -289,14 +309,17 @@ impl<W: Write> MotorWriter<W> {
                 if point.second { "2" } else { "" }
             );
             let unit = point.unit.symbol();
-            header.extend(
-                ["reference", "motor", "load"].map(|what| format!("{motor}_{what}_{unit}")),
-            );
-            header.extend(
-                ["current_a", "torque_nm", "engagement"].map(|what| format!("{motor}_{what}")),
-            );
+            let number = |name| Column::new(name, ColumnKind::Number);
+            let positions = ["reference", "motor", "load"];
+            columns.extend(positions.map(|what| number(format!("{motor}_{what}_{unit}"))));
+            columns
+                .extend(["current_a", "torque_nm"].map(|what| number(format!("{motor}_{what}"))));
+            columns.push(Column::new(
+                format!("{motor}_engagement"),
+                ColumnKind::Integer,
+            ));
         }
-        self.rows = Some(Rows::new(out, header.iter().map(String::as_str))?);
+        self.rows = Some(T::start(out, &columns)?);
         Ok(())
     }
 
@@ -304,24 +327,28 @@ impl<W: Write> MotorWriter<W> {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(mut self) -> io::Result<W> {
+    pub fn finish(mut self) -> io::Result<T::Out> {
         for (method, tick) in self.thinned.rest() {
             motor_row(self.rows.as_mut(), &method, &tick)?;
         }
         match (self.rows, self.out) {
             (Some(rows), _) => rows.finish(),
             // No tick: a table without motors.
-            (None, Some(out)) => Rows::new(out, ["method", "t_s"])?.finish(),
+            (None, Some(out)) => T::start(out, &first_columns())?.finish(),
             (None, None) => Err(io::Error::other("the table was not started")),
         }
     }
 }
 
-fn motor_row<W: Write>(
-    rows: Option<&mut Rows<W>>,
-    method: &str,
-    tick: &[MotorPoint],
-) -> io::Result<()> {
+/// Columns before those of motors.
+fn first_columns() -> Vec<Column> {
+    vec![
+        Column::new("method", ColumnKind::Text),
+        Column::new("t_s", ColumnKind::Number),
+    ]
+}
+
+fn motor_row(rows: Option<&mut impl Cells>, method: &str, tick: &[MotorPoint]) -> io::Result<()> {
     let (Some(rows), Some(first)) = (rows, tick.first()) else {
         return Ok(());
     };
@@ -333,7 +360,7 @@ fn motor_row<W: Write>(
         }
         rows.number(point.current_a, LOAD_DECIMALS);
         rows.number(point.torque_nm, LOAD_DECIMALS);
-        rows.signed(point.engagement.sign());
+        rows.integer(point.engagement.sign().into());
     }
     rows.end()
 }

@@ -336,21 +336,25 @@ impl Arc {
     }
 }
 
+/// The same circle in the other sense.
+pub(super) fn partner<'a>(this: &FullCircle, all: &'a [FullCircle]) -> Option<&'a FullCircle> {
+    let off = OFF_CIRCLE * this.radius_mm;
+    let near = |a: f64, b: f64| (a - b).abs() <= off;
+    all.iter().find(|other| {
+        other.counterclockwise != this.counterclockwise
+            && other.plane == this.plane
+            && near(other.radius_mm, this.radius_mm)
+            && near(other.center_mm[0], this.center_mm[0])
+            && near(other.center_mm[1], this.center_mm[1])
+    })
+}
+
 /// Circular hysteresis H of circles that are cut in both senses: the largest difference between the
 /// two paths.
 fn pair(circles: &mut [FullCircle]) {
     for index in 0..circles.len() {
         let this = &circles[index];
-        let off = OFF_CIRCLE * this.radius_mm;
-        let near = |a: f64, b: f64| (a - b).abs() <= off;
-        let other = circles.iter().find(|other| {
-            other.counterclockwise != this.counterclockwise
-                && other.plane == this.plane
-                && near(other.radius_mm, this.radius_mm)
-                && near(other.center_mm[0], this.center_mm[0])
-                && near(other.center_mm[1], this.center_mm[1])
-        });
-        let h = other.map(|other| {
+        let h = partner(this, circles).map(|other| {
             let parts = this.radial_um.iter().zip(&other.radial_um);
             parts
                 .flat_map(|(a, b)| [(a[1] - b[0]).abs(), (b[1] - a[0]).abs()])

@@ -4,7 +4,7 @@
 use super::circles::FullCircle;
 use super::path::Path;
 use super::places::Place;
-use super::record::{Motor, Record, SIGNALS, Watched};
+use super::record::{Gathered, Motor, SIGNALS, Watched};
 use super::series::Envelope;
 use crate::number::round_to;
 use lostmotion_sim::Program;
@@ -266,7 +266,7 @@ fn method(result: &MethodResult, watched: &Watched) -> Value {
 }
 
 /// Everything that the scripts of a page draw.
-pub(super) fn data(run: &Run, record: &Record, main: usize, source: &Source) -> Value {
+pub(super) fn data(run: &Run, record: &Gathered, main: usize, source: &Source) -> Value {
     let methods = run.results.iter().zip(&record.methods);
     json!({
         "format": 1,

@@ -1,9 +1,12 @@
 //! The page as text: the first screen is plain HTML, the rest is drawn by the scripts.
 
 use super::advice::{remedy, settings};
+use super::ballbar::{self, BothSenses};
 use super::data::{data, embedded, escape, plane_letters, source};
-use super::picture::{self, Mark, signed};
-use super::record::{PageRecorder, Record};
+use super::enlarged;
+use super::levels::{self, Mark, Shown};
+use super::picture::{Frame, signed};
+use super::record::Gathered;
 use crate::number::{duration, error, fixed, percent, plain};
 use crate::text::{needs, stop_place, stop_reason, tested, what_it_takes};
 use lostmotion_base::BlockRef;
@@ -23,22 +26,29 @@ const SCRIPTS: [&str; 6] = [
     include_str!("assets/main.js"),
 ];
 
-/// Room for the path in a page, bytes: with everything else it stays below 5 MB.
-const PATH_BYTES: usize = 2_800_000;
-/// Bytes of a stretch of the path, packed, and of each method's error on it.
-const STRETCH_BYTES: usize = 18;
-const ERROR_BYTES: usize = 2;
-/// Colours cannot show less than this part of the tolerance. A choice: a fifth of the finest step.
-const FLAT_SHARE: f64 = 0.02;
 /// Most rows of a table, and most remarks. A choice: the JSON form has all.
 const MOST_ROWS: usize = 10;
 const MOST_WARNINGS: usize = 10;
 /// Worst places that are drawn enlarged.
-const DRAWN_PLACES: usize = 3;
+pub(super) const DRAWN_PLACES: usize = 3;
+/// Most levels of Z that are drawn. A choice.
+const MOST_LEVELS: usize = 6;
+/// Room of a drawing of the path, and of a worst place.
+const PANEL_FRAME: Frame = Frame {
+    width: 640.0,
+    font: 14.0,
+};
+const PLACE_FRAME: Frame = Frame {
+    width: 300.0,
+    font: 13.0,
+};
 
 /// Writes the page of a run.
 ///
-/// The recorder is the one that observed the run; the program is read once more for its lines.
+/// `record` is what was gathered of the run ([`PageRecorder::finish`]); the program is read once more
+/// for its lines.
+///
+/// [`PageRecorder::finish`]: super::PageRecorder::finish
 ///
 /// # Errors
 /// The program cannot be read any more.
@@ -46,12 +56,8 @@ pub fn page(
     run: &Run,
     machine: &Machine,
     program: &Program,
-    recorder: PageRecorder,
+    record: &Gathered,
 ) -> io::Result<String> {
-    let bytes = STRETCH_BYTES + ERROR_BYTES * run.results.len();
-    // Four characters for three bytes.
-    let stretches = PATH_BYTES * 3 / 4 / bytes;
-    let record = recorder.finish(FLAT_SHARE * run.tolerance_um, stretches);
     let lines = source(program, run)?;
     // Where none is recommended the first is shown.
     let main = run.deciding_index().unwrap_or(0);
@@ -62,22 +68,37 @@ pub fn page(
         run.machine
     );
     head(&mut out, &title);
-    first_screen(&mut out, run, machine, &record, main);
+    first_screen(&mut out, run, machine, record, main);
     out.push_str(VIEW);
-    let still = picture::path(&record.path, main, run.tolerance_um, &marks(run, main));
+    let shown = Shown {
+        method: main,
+        tolerance_um: run.tolerance_um,
+        marks: &marks(run, main),
+        levels: MOST_LEVELS,
+    };
+    let still = levels::path(&record.path, shown, PANEL_FRAME);
     if !still.is_empty() {
         out.push_str("<details id=\"still\" open><summary>Still pictures of the path</summary>");
         out.push_str(LEGEND);
-        let _ = writeln!(out, "<div class=\"panels\">{still}</div></details>");
+        out.push_str("<div class=\"panels\">");
+        for drawing in still {
+            let _ = writeln!(
+                out,
+                "<figure class=\"panel\">{}<figcaption>{}</figcaption></figure>",
+                drawing.inline(),
+                escape(&drawing.label)
+            );
+        }
+        out.push_str("</div></details>\n");
     }
     out.push_str(PLOTS);
     if let Some(result) = run.results.get(main) {
         axes(&mut out, result);
-        circles(&mut out, &record, main);
+        circles(&mut out, record, main);
         reversals(&mut out, result);
     }
     remarks(&mut out, run);
-    let json = embedded(&data(run, &record, main, &lines));
+    let json = embedded(&data(run, record, main, &lines));
     let _ = writeln!(
         out,
         "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n\
@@ -88,12 +109,23 @@ pub fn page(
     Ok(out)
 }
 
+/// The worst blocks that are drawn: of a line that is cut again and again the worst time alone.
+pub(super) fn drawn_blocks(result: &MethodResult) -> impl Iterator<Item = &BlockResult> {
+    let mut seen = Vec::new();
+    let fresh = move |block: &&BlockResult| {
+        let at = (block.block.span.file, block.block.span.line);
+        let is_fresh = !seen.contains(&at);
+        seen.push(at);
+        is_fresh
+    };
+    let cutting = result.worst_blocks.iter().filter(|block| !block.rapid);
+    cutting.filter(fresh).take(DRAWN_PLACES)
+}
+
 /// The worst places, as they are marked in the pictures.
-fn marks(run: &Run, main: usize) -> Vec<Mark> {
-    let blocks = run.results.get(main).map(|result| &result.worst_blocks);
-    let cutting = blocks.into_iter().flatten().filter(|block| !block.rapid);
-    cutting
-        .take(DRAWN_PLACES)
+pub(super) fn marks(run: &Run, main: usize) -> Vec<Mark> {
+    let blocks = run.results.get(main).into_iter().flat_map(drawn_blocks);
+    blocks
         .map(|block| Mark {
             at_mm: block.at_mm,
             name: format!("line {}", line(&block.block)),
@@ -156,7 +188,7 @@ fn line_link(block: &BlockRef, time_s: f64) -> String {
     )
 }
 
-fn first_screen(out: &mut String, run: &Run, machine: &Machine, record: &Record, main: usize) {
+fn first_screen(out: &mut String, run: &Run, machine: &Machine, record: &Gathered, main: usize) {
     let Some(result) = run.results.get(main) else {
         out.push_str("<main><h1>No method was run</h1>\n");
         return;
@@ -377,7 +409,7 @@ fn errors(out: &mut String, run: &Run, result: &MethodResult) {
 }
 
 /// Worst blocks: three enlarged, ten as a table.
-fn worst(out: &mut String, run: &Run, record: &Record, main: usize) {
+fn worst(out: &mut String, run: &Run, record: &Gathered, main: usize) {
     let Some(result) = run.results.get(main) else {
         return;
     };
@@ -386,20 +418,22 @@ fn worst(out: &mut String, run: &Run, record: &Record, main: usize) {
     }
     out.push_str("<section id=\"worst\"><h2>Worst places</h2>\n<div class=\"places\">");
     let places = record.methods.get(main).map_or(&[][..], |m| &m.places);
-    for block in result.worst_blocks.iter().take(DRAWN_PLACES) {
+    for block in drawn_blocks(result) {
         let drawn = places
             .iter()
             .find(|place| place.block == block.block)
-            .and_then(|place| picture::place(place, run.tolerance_um));
-        let Some(svg) = drawn else {
+            .and_then(|place| enlarged::place(place, run.tolerance_um, PLACE_FRAME));
+        let Some(drawing) = drawn else {
             continue;
         };
         let _ = write!(
             out,
-            "<figure class=\"place\"><figcaption><b>line {}</b> {} \u{b5}m, {}</figcaption>{svg}</figure>",
+            "<figure class=\"place\"><figcaption><b>line {}</b> {} \u{b5}m, {}</figcaption>{}<p class=\"note\">{}</p></figure>",
             line_link(&block.block, block.time_s),
             signed(block.max_um),
-            escape(&block.cause.to_string())
+            escape(&block.cause.to_string()),
+            drawing.inline(),
+            drawing.label
         );
     }
     out.push_str("</div>\n<div class=\"scroll\"><table><thead><tr><th class=\"n\">line<th class=\"n\">error \u{b5}m<th class=\"n wide\">command<th class=\"n wide\">servo<th class=\"n wide\">backlash<th>cause<th class=\"n wide\">time s<th>block</tr></thead><tbody>\n");
@@ -472,7 +506,7 @@ fn axes(out: &mut String, result: &MethodResult) {
 }
 
 /// The circular test in figures; the scripts draw the polar plots.
-fn circles(out: &mut String, record: &Record, main: usize) {
+fn circles(out: &mut String, record: &Gathered, main: usize) {
     let circles = record.methods.get(main).map_or(&[][..], |m| &m.circles);
     if circles.is_empty() {
         return;
@@ -493,7 +527,38 @@ fn circles(out: &mut String, record: &Record, main: usize) {
             circle.h_um.map_or("-".to_owned(), error),
         );
     }
-    out.push_str("</tbody></table></div>\n<p class=\"note\">After ISO 230-4: circular deviation G is the width of the ring about the least-squares centre that holds the path; radial deviation F is against the programmed circle, positive outwards; circular hysteresis H is the largest difference between the same circle cut in both senses (- where it is cut in one).</p>\n</section>\n");
+    out.push_str("</tbody></table></div>\n");
+    out.push_str("<div class=\"scroll\"><table><thead><tr><th class=\"n\">line<th class=\"n\">reversal spikes \u{b5}m<th class=\"n\">lost motion \u{b5}m<th class=\"n\">squareness \u{b5}m/m<th class=\"n\">servo mismatch \u{b5}m<th class=\"n\">scale mismatch \u{b5}m/m</tr></thead><tbody>\n");
+    for circle in circles {
+        let sheet = ballbar::sheet(circle, circles);
+        let letters = plane_letters(circle);
+        let pair = |um: [f64; 2], shown: &dyn Fn(f64) -> String| {
+            format!(
+                "{} {}, {} {}",
+                letters[0],
+                shown(um[0]),
+                letters[1],
+                shown(um[1])
+            )
+        };
+        let both = |value: fn(&BothSenses) -> f64| {
+            sheet
+                .both
+                .as_ref()
+                .map_or("-".to_owned(), |both| signed(value(both)))
+        };
+        let _ = writeln!(
+            out,
+            "<tr><td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}</tr>",
+            circle.line,
+            pair(sheet.spike_um, &|um| error(um)),
+            pair(sheet.step_um, &|um| signed(um)),
+            both(|both| both.squareness_um_m),
+            both(|both| both.mismatch_um),
+            both(|both| both.scale_um_m),
+        );
+    }
+    out.push_str("</tbody></table></div>\n<p class=\"note\">As a ballbar's sheet names it: a <i>reversal spike</i> is how far the path leaves the band between before and behind the reversal of an axis (stick-slip, gap: compensate it), <i>lost motion</i> the step of the level there, positive outwards (gap and wind-up: enter it as backlash). With the same circle in the other sense: <i>squareness</i> and <i>scale mismatch</i> stay, <i>servo mismatch</i> turns over: by so much is the first axis behind the second at this feed (match gains and feed-forward).</p>\n<p class=\"note\">After ISO 230-4: circular deviation G is the width of the ring about the least-squares centre that holds the path; radial deviation F is against the programmed circle, positive outwards; circular hysteresis H is the largest difference between the same circle cut in both senses (- where it is cut in one).</p>\n</section>\n");
 }
 
 fn reversals(out: &mut String, result: &MethodResult) {
@@ -522,7 +587,7 @@ fn reversals(out: &mut String, result: &MethodResult) {
             signed(reversal.backlash_um),
         );
     }
-    out.push_str("</tbody></table></div>\n</section>\n");
+    out.push_str("</tbody></table></div>\n<p class=\"note\">The largest error within the crossing of the gap, and how much of it backlash adds. An axis that is here again and again needs compensation or a smaller gap; where backlash adds little, its servo or friction does it.</p>\n</section>\n");
 }
 
 fn remarks(out: &mut String, run: &Run) {

@@ -17,8 +17,8 @@ pub(super) struct Near {
     pub(super) time_s: f64,
     /// Foot point on the programmed path, mm.
     pub(super) foot_mm: [f64; 3],
-    /// Direction in which the error counts positive.
-    pub(super) normal: [f32; 3],
+    /// From there to the tool, mm.
+    pub(super) off_mm: [f32; 3],
     /// Error, um.
     pub(super) error_um: f32,
 }
@@ -58,7 +58,7 @@ impl PlaceRecorder {
         self.ring.push_back(Near {
             time_s: point.time_s,
             foot_mm: point.foot_mm,
-            normal: point.normal.map(|c| c as f32),
+            off_mm: [0, 1, 2].map(|axis| (point.actual_mm[axis] - point.foot_mm[axis]) as f32),
             error_um: error,
         });
         if let Some((block, worst, since)) = &mut self.waiting {

@@ -6,8 +6,16 @@ use super::places::{Place, PlaceRecorder};
 use super::series::{Envelope, Histogram};
 use lostmotion_base::AxisId;
 use lostmotion_drive::config::AxisUnit;
+use lostmotion_sim::results::Run;
 use lostmotion_sim::{ContourPoint, MotorPoint, Observer};
 
+/// Room for the path in a page, bytes: with everything else it stays below 5 MB.
+const PATH_BYTES: usize = 2_800_000;
+/// Bytes of a stretch of the path, packed, and of each method's error on it.
+const STRETCH_BYTES: usize = 18;
+const ERROR_BYTES: usize = 2;
+/// Colours cannot show less than this part of the tolerance. A choice: a fifth of the finest step.
+const FLAT_SHARE: f64 = 0.02;
 /// Stretches of the path that are held, twice as many just before they are joined. A choice: what
 /// fits a page of 5 MB.
 const MOST_STRETCHES: usize = 130_000;
@@ -52,15 +60,17 @@ struct Watch {
 /// Gathers what a page shows while a run goes on, in memory that does not grow with the program.
 ///
 /// ```
-/// use lostmotion_report::page::{PageRecorder, page};
+/// use lostmotion_report::page::{PageRecorder, page, still};
 /// use lostmotion_sim::{Machine, Program, Simulation};
 ///
 /// let program = Program::from_str("arc.ngc", "G21 G90 G17\nG0 X9 Y0\nG3 I-9 F900\nM2\n");
 /// let machine = Machine::preset("vmc3")?;
 /// let mut recorder = PageRecorder::new(1);
 /// let run = Simulation::new(&program, &machine).observer(&mut recorder).run()?;
-/// let html = page(&run, &machine, &program, recorder)?;
+/// let gathered = recorder.finish(&run);
+/// let html = page(&run, &machine, &program, &gathered)?;
 /// assert!(html.starts_with("<!DOCTYPE html>") && html.contains("within tolerance"));
+/// assert!(still(&run, &gathered).starts_with("<svg "));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -93,11 +103,15 @@ impl PageRecorder {
         }
     }
 
-    /// What was gathered: errors that differ by less than `flat_um` look alike, and the path has at
-    /// most `stretches` of them.
-    pub(super) fn finish(self, flat_um: f64, stretches: usize) -> Record {
+    /// What was gathered of the run that it observed.
+    pub fn finish(self, run: &Run) -> Gathered {
         let tick_s = self.tick_s;
-        Record {
+        // Errors that differ by less look alike.
+        let flat_um = FLAT_SHARE * run.tolerance_um;
+        let bytes = STRETCH_BYTES + ERROR_BYTES * run.results.len();
+        // Four characters for three bytes.
+        let stretches = PATH_BYTES * 3 / 4 / bytes;
+        Gathered {
             path: self.path.finish(flat_um as f32, stretches),
             tick_s,
             methods: self
@@ -121,9 +135,9 @@ impl PageRecorder {
     }
 }
 
-/// What was gathered of a run.
+/// What was gathered of a run, for [`page`](super::page) and [`still`](super::still).
 #[derive(Clone, Debug)]
-pub(super) struct Record {
+pub struct Gathered {
     pub(super) path: Path,
     /// Time between two ticks, s.
     pub(super) tick_s: f64,

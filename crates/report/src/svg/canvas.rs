@@ -31,26 +31,16 @@ pub(super) enum Anchor {
 pub(super) struct Stroke {
     pub(super) color: &'static str,
     pub(super) width: f64,
-    pub(super) dashed: bool,
 }
 
 impl Stroke {
     pub(super) const fn new(color: &'static str, width: f64) -> Stroke {
-        Stroke {
-            color,
-            width,
-            dashed: false,
-        }
+        Stroke { color, width }
     }
 
     fn attributes(self) -> String {
-        let dash = if self.dashed {
-            " stroke-dasharray=\"4 3\""
-        } else {
-            ""
-        };
         format!(
-            "stroke=\"{}\" stroke-width=\"{}\"{dash}",
+            "stroke=\"{}\" stroke-width=\"{}\"",
             self.color,
             fixed(self.width, 2)
         )
@@ -93,21 +83,10 @@ impl Canvas {
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         // A path of one point draws nothing, and some viewers refuse it.
         if points.len() > 1 {
-            let data = path_data(points, false);
+            let data = path_data(points);
             self.body.push_str(&format!(
                 "<path d=\"{data}\" fill=\"none\" stroke-linejoin=\"round\" {}/>\n",
                 stroke.attributes()
-            ));
-        }
-    }
-
-    /// A filled area without an outline.
-    pub(super) fn area(&mut self, points: &[[f64; 2]], color: &str, opacity: f64) {
-        if points.len() > 2 {
-            let data = path_data(points, true);
-            self.body.push_str(&format!(
-                "<path d=\"{data}\" fill=\"{color}\" fill-opacity=\"{}\"/>\n",
-                fixed(opacity, 2)
             ));
         }
     }
@@ -179,12 +158,12 @@ impl Canvas {
 }
 
 /// Estimated width of a text.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().count() as f64 * size * GLYPH_WIDTH
 }
 
 /// `text` cut to what fits into a width.
-pub(super) fn fit(text: &str, size: f64, width: f64) -> String {
+pub(crate) fn fit(text: &str, size: f64, width: f64) -> String {
     // At least one character before the three dots.
     let room = (width / (size * GLYPH_WIDTH)).max(4.0) as usize;
     if text.chars().count() <= room {
@@ -194,7 +173,7 @@ pub(super) fn fit(text: &str, size: f64, width: f64) -> String {
     }
 }
 
-fn path_data(points: &[[f64; 2]], close: bool) -> String {
+fn path_data(points: &[[f64; 2]]) -> String {
     let mut data = String::with_capacity(points.len() * 14);
     for (index, point) in points.iter().enumerate() {
         data.push(if index == 0 { 'M' } else { 'L' });
@@ -202,9 +181,6 @@ fn path_data(points: &[[f64; 2]], close: bool) -> String {
         data.push_str(&fixed(point[0], 2));
         data.push(' ');
         data.push_str(&fixed(point[1], 2));
-    }
-    if close {
-        data.push('Z');
     }
     data
 }

@@ -1,15 +1,15 @@
-//! Pictures drawn by the program: the contour error of a path, magnified, and time series.
+//! Pictures drawn by the program: curves over a common axis. The picture of a run is
+//! [`still`](crate::page::still).
 //!
 //! Plain SVG 1.1 on a white ground, generic font names, no scripts; the same input gives the same
 //! bytes.
 
 mod canvas;
-mod contour;
+mod plane;
 mod scale;
 mod series;
-mod trace;
 
-pub use contour::{ContourPicture, contour};
-pub(crate) use scale::round_down;
+pub(crate) use canvas::{fit, text_width};
+pub(crate) use plane::Plane;
+pub(crate) use scale::{keep, round_down};
 pub use series::{Series, SeriesPicture, series};
-pub use trace::{ContourTrace, Plane, TracePoint, TraceRecorder};

@@ -46,10 +46,6 @@ impl Range {
         self.max - self.min
     }
 
-    pub(super) fn middle(&self) -> f64 {
-        0.5 * (self.min + self.max)
-    }
-
     /// Wider by a part of its span at both ends, and never empty.
     pub(super) fn padded(&self, part: f64) -> Range {
         // A range of one value has no span to take a part of: half the value, or half a unit about
@@ -82,7 +78,7 @@ impl Range {
 
 /// Indices of the points that keep a polyline within `tolerance` of all its points (Ramer, Douglas
 /// and Peucker), in order, first and last included.
-pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
+pub(crate) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
     let last = match points.len() {
         0 => return Vec::new(),
         n => n - 1,

@@ -1,8 +1,9 @@
 //! Results in a terminal: a verdict, then tables.
 //!
 //! Plain ASCII without colour unless [`TextOptions::color`] is set, so that redirected output is
-//! the same everywhere.
+//! the same everywhere; only the line of [`along`] is not.
 
+mod along;
 mod blocks;
 mod comparison;
 mod parts;
@@ -11,6 +12,7 @@ mod simulation;
 mod table;
 mod time;
 
+pub use along::{Along, along};
 pub use comparison::comparison;
 pub(crate) use comparison::{tested, what_it_takes};
 pub use parts::straightness;

@@ -16,6 +16,7 @@ mod findings;
 mod json;
 mod page;
 mod runs;
+mod still;
 mod svg;
 mod text;
 mod time;

@@ -3,7 +3,7 @@
 
 use lostmotion_base::Plane;
 use lostmotion_contour::Circle;
-use lostmotion_report::page::{PageRecorder, page};
+use lostmotion_report::page::{Gathered, PageRecorder, page};
 use lostmotion_sim::options::SimulateOptions;
 use lostmotion_sim::{ContourPoint, Machine, MotorPoint, Observer, Program, Run, Simulation};
 use serde_json::Value;
@@ -12,9 +12,9 @@ use serde_json::Value;
 const PART: &str = "G21 G90 G17 G64 P0.01 F1500\nG0 X12 Y0\nG1 Z-1\nG3 I-12\nG2 I-12\nG1 X20 Y3\nX-4 Y9\nG1 Z-2\nG3 X12 Y0 R20\nG0 X0 Y0\nM2\n";
 
 /// Keeps every tick beside what the page keeps.
-struct All {
-    page: PageRecorder,
-    points: Vec<Vec<ContourPoint>>,
+pub(crate) struct All {
+    pub(crate) page: PageRecorder,
+    pub(crate) points: Vec<Vec<ContourPoint>>,
     motors: Vec<Vec<MotorPoint>>,
 }
 
@@ -64,12 +64,12 @@ fn run_with(text: &str, methods: &[&str], options: SimulateOptions) -> (Run, All
     (run, all, program)
 }
 
-fn run(text: &str, methods: &[&str]) -> (Run, All, Program) {
+pub(crate) fn run(text: &str, methods: &[&str]) -> (Run, All, Program) {
     run_with(text, methods, SimulateOptions::default())
 }
 
-fn html(run: &Run, program: &Program, recorder: PageRecorder) -> String {
-    page(run, &machine(), program, recorder).unwrap()
+pub(crate) fn html(run: &Run, program: &Program, gathered: &Gathered) -> String {
+    page(run, &machine(), program, gathered).unwrap()
 }
 
 /// The data of a page.
@@ -121,7 +121,7 @@ fn without_scripts(html: &str) -> String {
 #[test]
 fn the_first_screen_needs_no_script() {
     let (one, all, program) = run(PART, &["none"]);
-    let page = without_scripts(&html(&one, &program, all.page));
+    let page = without_scripts(&html(&one, &program, &all.page.finish(&one)));
     let worst = &one.results[0].worst_blocks[0];
     for wanted in [
         "OUTSIDE tolerance".to_owned(),
@@ -142,7 +142,7 @@ fn the_first_screen_needs_no_script() {
     assert_eq!(page.matches("<figure class=\"place\">").count(), 3);
 
     let (several, all, program) = run(PART, &["none", "fixed"]);
-    let page = without_scripts(&html(&several, &program, all.page));
+    let page = without_scripts(&html(&several, &program, &all.page.finish(&several)));
     let name = several.recommended.as_deref().unwrap();
     assert!(page.contains(&format!("Recommended: {name}")), "{page}");
     assert!(page.contains("(no gap)"));
@@ -153,7 +153,7 @@ fn the_first_screen_needs_no_script() {
 fn no_peak_is_lost() {
     let (run, all, program) = run(PART, &["none", "fixed"]);
     let (points, motors) = (all.points, all.motors);
-    let data = data(&html(&run, &program, all.page));
+    let data = data(&html(&run, &program, &all.page.finish(&run)));
     let starts: Vec<f64> = bytes(data["path"]["t"].as_str().unwrap())
         .chunks(4)
         .map(|four| f64::from(u32::from_le_bytes(four.try_into().unwrap())) * 1e-5)
@@ -235,7 +235,7 @@ fn no_peak_is_lost() {
 fn circles_are_those_of_every_tick() {
     let (run, all, program) = run(PART, &["none"]);
     let points = all.points[0].clone();
-    let data = data(&html(&run, &program, all.page));
+    let data = data(&html(&run, &program, &all.page.finish(&run)));
     let circles = data["methods"][0]["circles"].as_array().unwrap();
     assert_eq!(circles.len(), 2, "{circles:?}");
     for circle in circles {
@@ -283,7 +283,7 @@ fn programs_cannot_break_out() {
         "long ".repeat(12_000)
     );
     let (run, all, program) = run(&hostile, &["none"]);
-    let page = html(&run, &program, all.page);
+    let page = html(&run, &program, &all.page.finish(&run));
     assert_eq!(page.matches("</script").count(), 2);
     assert_eq!(page.matches("<script").count(), 2);
     assert!(!page.contains("<img") && !page.contains("<!--"));
@@ -305,7 +305,7 @@ fn the_same_run_gives_the_same_bytes() {
             ..SimulateOptions::default()
         };
         let (run, all, program) = run_with(PART, &["none", "adaptive"], options);
-        html(&run, &program, all.page)
+        html(&run, &program, &all.page.finish(&run))
     });
     assert!(pages[0] == pages[1]);
 }
@@ -338,7 +338,7 @@ fn a_page_has_at_most_5_mb() {
             recorder.motors(method, &all.motors[method]);
         }
     }
-    let page = html(&run, &program, recorder);
+    let page = html(&run, &program, &recorder.finish(&run));
     assert!(
         (1_000_000..=5_000_000).contains(&page.len()),
         "{}",

@@ -321,5 +321,5 @@ const view = (() => {
   new ResizeObserver(draw).observe(canvas);
   const frames = () => pulse, drawnLines = () => cut.count / 2;
   // A flat part is looked at from above, others a little from the side.
-  return { lines, draw, fly, fit, look, eye, frames, drawnLines, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
+  return { lines, draw, paint, fly, fit, look, eye, frames, drawnLines, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
 })();
