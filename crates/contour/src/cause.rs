@@ -106,10 +106,14 @@ impl Shares {
 /// A vector across the path, carried from where its direction is `from` to where it is `to`: turned
 /// by the least rotation between the two.
 fn carried(vector: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+    // Within a straight stretch, as at most ticks: nothing turns.
+    if from == to {
+        return vector;
+    }
     let (axis, cosine) = (cross(from, to), dot(from, to));
     // Straight back, or on a move that does not move the tip: the place is the same, and so is the
     // vector.
-    if 1.0 + cosine < STRAIGHT_BACK_COSINE || norm(from) == 0.0 || norm(to) == 0.0 {
+    if 1.0 + cosine < STRAIGHT_BACK_COSINE || from == [0.0; 3] || to == [0.0; 3] {
         return vector;
     }
     // Rodrigues' formula, with sin = |axis| and (1 - cos) / sin^2 = 1 / (1 + cos).

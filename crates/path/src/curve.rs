@@ -125,7 +125,11 @@ impl Curve {
 
     /// Unit tangent in X Y Z; zero where X Y Z stand still.
     pub fn tangent(&self, s: f64) -> [f64; 3] {
-        let d1 = self.eval(s).d1.linear();
+        // A line has one direction: nothing else of it is wanted.
+        let d1 = match self {
+            Curve::Line(line) => line.direction().linear(),
+            Curve::Arc(_) | Curve::Quintic(_) => self.eval(s).d1.linear(),
+        };
         let speed = norm(d1);
         if speed > 0.0 {
             d1.map(|c| c / speed)

@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 
 /// One servo tick of the contour as a machine cut it.
 ///
-/// Places are from the program's zero: those of the tool from the zero in force for the command at
-/// the time, the foot point from the zero of its own block.
+/// Places are from the program's zero that was in force for [`Self::block`], on which the foot point
+/// lies: so `actual_mm` is `error_um` away from `foot_mm` where a program changes its zero, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContourPoint {

@@ -99,6 +99,7 @@ impl Outputs {
 
     /// Lane of an axis of a variant; that of the second motor of a gantry follows those of the
     /// axes.
+    #[inline]
     fn lane(&self, variant: usize, axis: usize) -> usize {
         self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
     }
@@ -171,6 +172,7 @@ impl Outputs {
     }
 
     /// Load position of one motor.
+    #[inline]
     fn end(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
         let lane = self.lane(variant, axis);
         self.lanes[lane].load[servo_sample] - self.datums[lane]
@@ -178,12 +180,20 @@ impl Outputs {
 
     /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis'
     /// unit.
+    #[inline]
     pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
-        // The tool sits on the beam like on a lever between its ends.
         let first = self.end(variant, axis, servo_sample);
-        let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else {
-            return first;
-        };
+        match &self.gantry {
+            Some(beam) if beam.axis == axis => self.on_beam(beam, first, variant, servo_sample),
+            _ => first,
+        }
+    }
+
+    /// Where the tool is between the ends of a gantry, of which the first is here. Apart, so that
+    /// the other axes' loads are read in place.
+    #[inline(never)]
+    fn on_beam(&self, beam: &Beam, first: f64, variant: usize, servo_sample: usize) -> f64 {
+        // The tool sits on the beam like on a lever between its ends.
         let share = beam
             .gantry
             .share(self.end(variant, beam.along, servo_sample));

@@ -9,6 +9,7 @@ use crate::motion::Modes;
 use crate::observer::ContourPoint;
 use crate::options::SimulateOptions;
 use crate::results::LimitsUsed;
+use lostmotion_base::vec::sub;
 use lostmotion_base::{BlockRef, Clock};
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
@@ -119,17 +120,30 @@ impl Recorder {
             let shares = Shares::of(&frame.command, &frame.without_gap, &sample);
             // Laid to the largest share, and to a reversal if one lies within the window before.
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
+            // Places go with the block that the error is counted to: past a change of the zero the
+            // foot is still on the path before it, or already on the one behind it.
+            let commanded_tip_mm = if sample.segment == frame.sample.segment {
+                frame.tip_mm
+            } else {
+                let of_foot = tracker.segment(sample.segment);
+                of_foot.map_or(frame.tip_mm, |of_foot| {
+                    sub(frame.pose.tip, of_foot.origin_mm)
+                })
+            };
             let record = ErrorRecord {
                 sample,
                 shares,
                 cause,
-                commanded_tip_mm: frame.tip_mm,
+                commanded_tip_mm,
             };
             self.finished_turns.extend(self.turns.record(&record));
             // At once: the tracker holds the foot's segment now, but may have let it go by the end
-            // of the chunk.
-            if let (Some(points), Some(place)) = (&mut self.points, tracker.place(&sample)) {
-                points.push(rows::contour_point(&record, place, frame, self.servo));
+            // of the chunk. Only where somebody looks on: it is sought anew.
+            if let Some(points) = &mut self.points {
+                let place = tracker.place(&sample);
+                points.extend(
+                    place.map(|place| rows::contour_point(&record, place, frame, self.servo)),
+                );
             }
             // While all joints are commanded to rest nothing is cut, and dwells would outweigh the
             // motion in the RMS.

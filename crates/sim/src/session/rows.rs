@@ -65,8 +65,8 @@ pub(crate) fn contour_point(
     frame: &Frame,
     servo: Clock,
 ) -> ContourPoint {
-    // The zero from which the command is read at this tick.
-    let origin_mm = sub(frame.pose.tip, frame.tip_mm);
+    // All places of a row are from one zero, that of its block.
+    let origin_mm = sub(frame.pose.tip, record.commanded_tip_mm);
     ContourPoint {
         time_s: servo.seconds(record.sample.tick),
         foot_mm: place.foot_mm,
@@ -78,7 +78,7 @@ pub(crate) fn contour_point(
             .backlash_size_mm
             .copysign(record.shares.backlash_mm)
             * UM_PER_MM,
-        commanded_mm: frame.tip_mm,
+        commanded_mm: record.commanded_tip_mm,
         actual_mm: sub(record.sample.tip_mm, origin_mm),
         moving: frame.moving,
         rapid: record.sample.rapid,
