@@ -202,9 +202,14 @@ fn check_needed(
                 .map(|channel| channel.name.as_str())
                 .collect();
             let names = lostmotion_base::text::shortened(&names.join(", "), 240);
-            let what = format!("no column is known to be the {role}; the columns are: {names}");
-            let unit = if is_position(role) { "mm" } else { "A" };
-            let hint = format!("name it: --column {role}=NAME,unit={unit}");
+            let unit = if is_position(role) { "mm" } else { "a" };
+            let what = format!(
+                "there is no column `{role}_{unit}` and none that is known to be the {role}; the columns are: {names}"
+            );
+            let hint = format!(
+                "name it: --column {role}=NAME,unit={}",
+                unit.replace('a', "A")
+            );
             return Err(LogError::file(name, what, hint));
         }
     }

@@ -180,10 +180,12 @@ mod tests {
     #[test]
     fn a_slow_clock_is_seen_in_a_fast_log() {
         let values: Vec<f64> = (0..3000)
-            .map(|row: i32| (f64::from((row - 7).div_euclid(10)) * 0.01).sin())
+            .map(|row: i32| lostmotion_base::math::sin(f64::from((row - 7).div_euclid(10)) * 0.01))
             .collect();
         assert_eq!(held(&values), (10, 7));
-        let free: Vec<f64> = (0..300).map(|row| (f64::from(row) * 0.01).sin()).collect();
+        let free: Vec<f64> = (0..300)
+            .map(|row| lostmotion_base::math::sin(f64::from(row) * 0.01))
+            .collect();
         assert_eq!(held(&free), (1, 0));
     }
 }

@@ -148,6 +148,8 @@ pub struct LogReader<'a> {
     name: String,
     header: Header,
     source: Box<dyn Source + 'a>,
+    /// After the end, or an error, no row follows whatever stands behind.
+    ended: bool,
 }
 
 impl fmt::Debug for LogReader<'_> {
@@ -214,6 +216,7 @@ impl<'a> LogReader<'a> {
             name: name.to_owned(),
             header,
             source,
+            ended: false,
         }
     }
 
@@ -244,7 +247,12 @@ impl<'a> LogReader<'a> {
     /// # Errors
     /// A row that is not what the header says, with its line and column.
     pub fn next_row(&mut self, row: &mut Row) -> Result<bool, LogError> {
-        self.source.next_row(row)
+        if self.ended {
+            return Ok(false);
+        }
+        let read = self.source.next_row(row);
+        self.ended = !matches!(read, Ok(true));
+        read
     }
 
     /// Seconds in one unit of [`Row::time_s`]; 1 but for logs that tell their rate at their end.

@@ -163,7 +163,7 @@ fn role_of(format: Format, name: &str) -> Option<Role> {
     let last = stem.rsplit(['.', '/', ':']).next().unwrap_or_default();
     named.or(match last {
         "command" | "cmd" | "reference" | "setpoint" | "setpos" | "cmd_pos" => Some(Role::Command),
-        "motor" | "actpos" | "position" | "motor_position" => Some(Role::Motor),
+        "motor" | "actpos" | "motor_position" => Some(Role::Motor),
         "load" | "scale" | "load_position" => Some(Role::Load),
         "current" | "iq" | "actcurrent" => Some(Role::Current),
         "torque" | "acttorque" => Some(Role::Torque),

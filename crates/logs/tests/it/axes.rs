@@ -127,3 +127,10 @@ fn rows_and_times_are_bounded() {
     assert_eq!((log.time_s[0], log.time_s.len()), (10.0, 20));
     assert!(says(&log, "the first 20 rows are taken"));
 }
+
+#[test]
+fn a_log_may_have_uneven_rows() {
+    let text = "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0.001,0,0,0\n0.003,0,0,0\n";
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.time_s, [0.0, 0.001, 0.003]);
+}

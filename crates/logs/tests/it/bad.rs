@@ -60,7 +60,7 @@ fn each_fault_has_its_place() {
         (
             change("load_mm", "last"),
             &[
-                "no column is known to be the load",
+                "none that is known to be the load",
                 "--column load=NAME,unit=mm",
             ],
         ),
@@ -85,7 +85,7 @@ fn each_fault_has_its_place() {
         ),
         (change("t_s", "x"), &["no column of times", "--period-ms"]),
         (
-            good[..43].as_bytes().to_vec(),
+            good.as_bytes()[..43].to_vec(),
             &["1 rows of data", "at least 3"],
         ),
         (
@@ -98,7 +98,7 @@ fn each_fault_has_its_place() {
         ),
         (
             b"# Sampling period is 1000 ns\na;b\n1.0;2.0\n1.0;2.0;3.0\n".to_vec(),
-            &["no column is known to be the motor"],
+            &["none that is known to be the motor"],
         ),
         (
             b"Name\tx\nFile\ty\nStarttime of export\t1\nEndtime\t2\n\nName\ta\n".to_vec(),
@@ -118,7 +118,7 @@ fn each_fault_has_its_place() {
         ),
         (
             b"Sample,X,Y,Z\n0,1,1,1\n".to_vec(),
-            &["no column is known to be the motor"],
+            &["none that is known to be the motor"],
         ),
         (
             b"Failed to start accelerometer\n".to_vec(),

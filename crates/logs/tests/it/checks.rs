@@ -1,6 +1,13 @@
 //! What has to hold for every input: shared by the fuzz targets and by the test that replays their
 //! corpus.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a check fails by panicking"
+)]
+
 use lostmotion_logs::{AxisOptions, ColumnSpec, LogReader, ReadOptions, Row, read_axis};
 
 /// Rows that are read of one input: each costs memory only while it is held.
@@ -76,4 +83,71 @@ fn rows(reader: &mut LogReader<'_>) {
             }
         }
     }
+}
+
+/// As [`log`], with a beginning that only one format has.
+fn begun(start: &str, data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let bytes: Vec<u8> = [&[*first], start.as_bytes(), rest].concat();
+    log(&bytes);
+}
+
+/// HALscope: the first byte also chooses the generation.
+pub fn halscope(data: &[u8]) {
+    let start = match data.first().unwrap_or(&0) & 8 {
+        0 => "# Sampling period is 1000000 ns\n",
+        _ => "Sampling period is 1000000 ns \n\n",
+    };
+    begun(start, data);
+}
+
+/// halsampler.
+pub fn halsampler(data: &[u8]) {
+    begun("0 0.5 1 \n1 0.6 0 \n", data);
+}
+
+/// TwinCAT Scope.
+pub fn twincat(data: &[u8]) {
+    begun(
+        "Name\tx\nFile\ty\nStarttime of export\t1\nEndtime of export\t2\n\nName\t",
+        data,
+    );
+}
+
+/// Sinumerik's trace.
+pub fn sinumerik(data: &[u8]) {
+    begun(
+        "<traceSession version=\"1\"><dataSignal id=\"f1\" key=\"s1\" unitsType=\"posn\" name=\"ActPos1stEnc\" interval=\"0.002\"/>",
+        data,
+    );
+}
+
+/// Heidenhain's TNCscope.
+pub fn tncscope(data: &[u8]) {
+    begun(
+        "%TNCscopeNT data file\n%[CURVE1]\n%NAME=s ist/X\n%DIMENSION=mm\n",
+        data,
+    );
+}
+
+/// EPICS' camonitor.
+pub fn camonitor(data: &[u8]) {
+    begun(
+        "P 2026-01-01 00:00:00.0 1\nP 2026-01-01 00:00:01.0 2\n",
+        data,
+    );
+}
+
+/// Accelerometers: the first byte chooses between Klipper and RepRapFirmware.
+pub fn accelerometer(data: &[u8]) {
+    let start = match data.first().unwrap_or(&0) & 8 {
+        0 => "#time,accel_x,accel_y\n",
+        _ => "Sample,X,Y\n",
+    };
+    begun(start, data);
+}
+
+/// Any other table.
+pub fn table(data: &[u8]) {
+    begun("t_s,motor_mm,load_mm,current_a\n", data);
 }

@@ -4,19 +4,32 @@ use crate::checks;
 use proptest::prelude::*;
 use std::path::Path;
 
+/// What a target checks of its input.
+type Check = fn(&[u8]);
+
+/// Every target with what its corpus lies in.
+const TARGETS: &[(&str, Check)] = &[
+    ("halscope", checks::halscope),
+    ("halsampler", checks::halsampler),
+    ("twincat", checks::twincat),
+    ("sinumerik", checks::sinumerik),
+    ("tncscope", checks::tncscope),
+    ("camonitor", checks::camonitor),
+    ("accelerometer", checks::accelerometer),
+    ("table", checks::table),
+];
+
 #[test]
 fn the_corpus_holds() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/logs");
-    let Ok(files) = std::fs::read_dir(&corpus) else {
-        println!("no corpus at {}: skipped", corpus.display());
-        return;
-    };
-    let mut count = 0;
-    for file in files {
-        checks::log(&std::fs::read(file.unwrap().path()).unwrap());
-        count += 1;
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    for (name, check) in TARGETS {
+        let folder = corpus.join(format!("log_{name}"));
+        let files: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
+        assert!(files.len() > 1, "the corpus of {name} is missing");
+        for file in files {
+            check(&std::fs::read(file.unwrap().path()).unwrap());
+        }
     }
-    assert!(count > 0);
 }
 
 /// Pieces that logs are made of.
@@ -87,5 +100,13 @@ proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         checks::log(&bytes);
+        TARGETS.iter().for_each(|(_, check)| check(&bytes));
+    }
+
+    #[test]
+    fn pieces_behind_each_beginning(first: u8, pieces in prop::collection::vec(0..PIECES.len(), 0..16)) {
+        let mut bytes = vec![first];
+        pieces.iter().for_each(|&piece| bytes.extend(PIECES[piece].as_bytes()));
+        TARGETS.iter().for_each(|(_, check)| check(&bytes));
     }
 }
