@@ -1,6 +1,6 @@
 //! Stage 7: the gap of an axis from a log of motor and load.
 //!
-//! A real log comes from a drive's trace (CSV: `report::csv::read_log`); here the simulated axis
+//! A real log comes from a drive's trace (`logs::read_axis`); here the simulated axis
 //! writes one. The fit answers with a value and the interval that the log supports.
 
 use lostmotion::Machine;

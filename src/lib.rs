@@ -29,9 +29,10 @@
 //! | feature | adds |
 //! |---|---|
 //! | `fit` | [`identify`](https://docs.rs/lostmotion-identify): the offline fit of the gap from a log, with its convex solver |
+//! | `logs` | [`logs`](https://docs.rs/lostmotion-logs): readers of measured logs |
 //! | `report` | [`report`](https://docs.rs/lostmotion-report): results as text, JSON, CSV and SVG |
 //!
-//! Neither is on by default; the command line has both.
+//! None is on by default; the command line has all.
 
 pub use lostmotion_analysis as analysis;
 pub use lostmotion_base as base;
@@ -42,6 +43,8 @@ pub use lostmotion_gcode_tools as gcode_tools;
 #[cfg(feature = "fit")]
 pub use lostmotion_identify as identify;
 pub use lostmotion_kinematics as kinematics;
+#[cfg(feature = "logs")]
+pub use lostmotion_logs as logs;
 pub use lostmotion_methods as methods;
 pub use lostmotion_path as path;
 pub use lostmotion_plan as plan;

@@ -27,6 +27,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("lostmotion-plan", &["base", "path", "kinematics"]),
     ("lostmotion-contour", &["base", "path"]),
     ("lostmotion-identify", &["base", "drive"]),
+    ("lostmotion-logs", &["base"]),
     (
         "lostmotion-sim",
         &[
@@ -74,6 +75,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "analysis",
             "contour",
             "identify",
+            "logs",
             "sim",
             "report",
         ],

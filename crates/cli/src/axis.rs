@@ -2,7 +2,9 @@
 
 use crate::commission::{self, Commission, LearnedFiles};
 use crate::fits::{FitResult, LoadStiffness, SCHEMA, rad_per_unit};
+use crate::identify::{self, Identify};
 use crate::input;
+use crate::logs::{self, LogInput, LogOverview, axis_unit};
 use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
 use crate::options::methods;
 use crate::options::start::Start;
@@ -14,11 +16,10 @@ use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
+use lostmotion::logs::{DriveSignal, Role};
 use lostmotion::methods::{AxisConfig, AxisMemory, MethodId, UnknownMethod, build_runner_from};
 use lostmotion::report::atomic::AtomicFile;
-use lostmotion::report::csv::{
-    AxisTraceWriter, SetpointReader, SetpointSource, read_log, read_motor_log,
-};
+use lostmotion::report::csv::{AxisTraceWriter, SetpointReader, SetpointSource};
 use lostmotion::report::{WriteError, json, number};
 use lostmotion::sim::machine::Memory;
 use std::io::Read;
@@ -33,6 +34,11 @@ pub(crate) enum AxisCommand {
     Commission(Commission),
     /// Fit the gap of an axis to a log of motor position, load position and current
     Fit(Fit),
+    /// Find what a log tells of an axis: lost motion, gap, inertia, friction, servo gains; or check
+    /// a description against it
+    Identify(Identify),
+    /// Say what is in a measured log: format, channels, units, clocks, what is missing
+    Log(LogOverview),
 }
 
 /// `axis run`.
@@ -74,10 +80,10 @@ pub(crate) struct RunAxis {
 /// `axis fit`.
 #[derive(Debug, Args)]
 pub(crate) struct Fit {
-    /// CSV with the columns t_s, motor_U, load_U (U: mm, deg or rad) and current_a
-    pub(crate) log: PathBuf,
-    /// Use motor position and current alone: for a log without load_U (needs --axis for the motor's
-    /// inertia)
+    #[command(flatten)]
+    pub(crate) log: LogInput,
+    /// Use motor position and current alone: for a log without the load's position (needs --axis
+    /// for the motor's inertia)
     #[arg(long, requires = "axis")]
     pub(crate) motor_only: bool,
     /// The axis that was logged; without it the motor's inertia and friction are found from the
@@ -102,11 +108,13 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
         AxisCommand::Run(args) => run_axis(args, quiet),
         AxisCommand::Commission(args) => commission::run(args, quiet),
         AxisCommand::Fit(args) => fit(args, quiet),
+        AxisCommand::Identify(args) => identify::run(args, quiet),
+        AxisCommand::Log(args) => logs::overview(args),
     }
 }
 
 /// The files that the name of an axis may stand for: FILE.toml, or FILE.toml:x.
-fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)> {
+pub(crate) fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)> {
     let machine = name.and_then(|name| Some(name.rsplit_once(':')?.0));
     let files = name.into_iter().chain(machine);
     files.map(|file| (Path::new(file), "file of the axis"))
@@ -317,20 +325,29 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         .as_deref()
         .map(|name| axis(name, &[]))
         .transpose()?;
-    let name = args.log.display().to_string();
-    let input = input::open(&args.log, "log")?;
-    output::refuse_input(&args.out, &args.log, "log")?;
+    let name = args.log.name();
+    output::refuse_input(&args.out, &args.log.log, "log")?;
     output::refuse_inputs(&args.out, axis_files(args.axis.as_deref()))?;
+    args.log.exists()?;
     // A file that cannot be written is found before the fit, not after it.
     let file = output::create(&args.out)?;
+    // Motor data are known by current: a torque or a force has no lag of the drive's to allow for.
+    let without = [Role::Command, Role::Torque, Role::Force];
     let log = if args.motor_only {
-        read_motor_log(input, &name)?
+        let without = [&without[..], &[Role::Load]].concat();
+        args.log.read(&[Role::Current], &without, quiet)?
     } else {
-        read_log(input, &name)?
+        args.log
+            .read(&[Role::Load, Role::Current], &without, quiet)?
     };
+    let current_a = log
+        .drive
+        .as_ref()
+        .map_or(&[][..], DriveSignal::values)
+        .to_vec();
     // Without the axis nothing is known of lead and motor: the fit then counts in the unit of the
     // log.
-    let unit = log.unit;
+    let unit = axis_unit(&log);
     let (scale, settings) = match &axis {
         Some(config) => (
             rad_per_unit(config, unit, &name)?,
@@ -340,14 +357,14 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
     };
     // Both fits work in radians of the motor, where current and inertia are known.
     let fitted = if args.motor_only {
-        MotorLog::from_rows(&log.time_s, scaled(log.motor, scale), log.current_a)
+        MotorLog::from_rows(&log.time_s, scaled(log.motor, scale), current_a)
             .and_then(|log| fit_motor_only(&log, &settings.motor_only()))
     } else {
         BacklashLog::from_rows(
             &log.time_s,
             scaled(log.motor, scale),
             scaled(log.load, scale),
-            log.current_a,
+            current_a,
         )
         .and_then(|log| fit_backlash(&log, &settings))
     };

@@ -5,8 +5,8 @@
 //! change; 2 bad input, with a message on stderr and nothing written; 130 ended by Ctrl-C, with
 //! nothing left behind.
 //!
-//! Modules in the order of their dependencies: `output`, `input`, `findings` and `fits`; `options`
-//! that commands share, and `commission`, what methods that learn start from; a module for the
+//! Modules in the order of their dependencies: `output`, `input`, `findings`, `logs` and `fits`; `options`
+//! that commands share, and `commission`, what methods that learn start from, and `identify`, what a log tells; a module for the
 //! commands of each heading; `cli` above them.
 
 mod axis;
@@ -14,7 +14,9 @@ mod cli;
 mod commission;
 mod findings;
 mod fits;
+mod identify;
 mod input;
+mod logs;
 mod machine;
 mod method;
 mod options;

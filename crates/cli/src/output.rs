@@ -3,6 +3,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lostmotion::base::text::legible;
+use lostmotion::logs::LogError;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::{ReadError, WriteError};
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -69,6 +70,12 @@ impl Failure {
 
 impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Failure {
+        Failure::message(error.to_string())
+    }
+}
+
+impl From<LogError> for Failure {
+    fn from(error: LogError) -> Failure {
         Failure::message(error.to_string())
     }
 }

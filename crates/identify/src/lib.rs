@@ -33,8 +33,10 @@
 //! 7. [`spread`] gives the standard error from the scatter between whole blocks of the log.
 //!
 //! [`motor_only`] fits the gap from the motor's signals alone: the load's motion
-//! follows from the contact torque.
+//! follows from the contact torque. [`body`] takes the axis as one body: inertia, friction, servo,
+//! and how position is lost along the travel after a reversal.
 
+pub mod body;
 pub mod contact;
 mod deadzone;
 pub mod error;

@@ -145,18 +145,4 @@ pub enum ReadError {
         /// Its offset in the file.
         offset: u64,
     },
-    /// Two unit suffixes in one table.
-    #[error(
-        "{name}, line {line}: `{first}` and `{second}` are in different units; give both in the same one"
-    )]
-    MixedUnits {
-        /// The file's name.
-        name: String,
-        /// Line of the header.
-        line: u64,
-        /// One column.
-        first: String,
-        /// Another one.
-        second: String,
-    },
 }

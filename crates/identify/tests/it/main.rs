@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod bad_logs;
+mod body;
 mod held_out;
 mod huber;
 mod logged;

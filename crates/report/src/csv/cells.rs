@@ -158,16 +158,6 @@ impl<R: Read> Cells<R> {
         }
     }
 
-    /// Two columns in different units.
-    pub(super) fn mixed_units(&self, first: &Column, second: &Column) -> ReadError {
-        ReadError::MixedUnits {
-            name: self.name.clone(),
-            line: self.header_line,
-            first: first.header.clone(),
-            second: second.header.clone(),
-        }
-    }
-
     /// Goes to the next row that is not blank; false at the end.
     pub(super) fn next_row(&mut self) -> Result<bool, ReadError> {
         loop {

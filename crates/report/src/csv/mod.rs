@@ -5,14 +5,12 @@
 //! of what they refuse.
 
 mod cells;
-mod log;
 mod motion;
 mod results;
 mod rows;
 mod setpoints;
 mod trace;
 
-pub use log::{AxisLog, read_log, read_motor_log};
 pub use motion::{AxisTraceWriter, PlanWriter};
 pub use results::{BlockWriter, ReversalWriter, TimeWriter};
 pub use rows::{Cells, Column, ColumnKind, Rows};

@@ -3,11 +3,10 @@
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};
 use lostmotion_drive::config::{AxisUnit, Interpolator};
 use lostmotion_drive::{AxisSample, Engagement, Reference, Setpoint};
+use lostmotion_logs::{AxisOptions, DriveSignal, read_axis};
 use lostmotion_plan::{Heeds, Sample};
 use lostmotion_report::ReadError;
-use lostmotion_report::csv::{
-    AxisTraceWriter, PlanWriter, SetpointReader, SetpointSource, read_log,
-};
+use lostmotion_report::csv::{AxisTraceWriter, PlanWriter, SetpointReader, SetpointSource};
 use proptest::prelude::*;
 
 fn sample(tick: u64, x: f64, c: f64) -> Sample {
@@ -118,12 +117,13 @@ fn a_trace_is_a_log() {
             )
             .unwrap();
     }
-    let log = read_log(writer.finish().unwrap().as_slice(), "log").unwrap();
-    assert_eq!(log.unit, AxisUnit::Deg);
+    let trace = writer.finish().unwrap();
+    let log = read_axis(trace.as_slice(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.unit.symbol, "deg");
     assert_eq!(log.time_s, [0.0, 250e-6, 500e-6, 750e-6, 1e-3]);
     assert_eq!(log.motor, [0.0, 0.25, 0.5, 0.75, 1.0]);
     assert_eq!(log.load, [0.0, -0.25, -0.5, -0.75, -1.0]);
-    assert_eq!(log.current_a, [0.5; 5]);
+    assert_eq!(log.drive, Some(DriveSignal::Current(vec![0.5; 5])));
 }
 
 fn setpoints(text: &str) -> Result<Vec<f64>, ReadError> {
@@ -228,18 +228,6 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
     .err()
     .unwrap();
     out.push_str(&format!("== not UTF-8\n{latin1}\n"));
-    for (what, text) in [
-        ("log: units", "t_s,motor_mm,load_deg,current_a\n"),
-        ("log: current", "t_s,motor_mm,load_mm\n"),
-        (
-            "log: order",
-            "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0,0,0,0\n",
-        ),
-        ("log: short", "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n"),
-    ] {
-        let error = read_log(text.as_bytes(), "log.csv").expect_err(what);
-        out.push_str(&format!("== {what}\n{error}\n"));
-    }
     insta::assert_snapshot!(out);
 }
 
@@ -298,13 +286,6 @@ fn columns_of_one_name_and_numbers_of_no_machine_are_refused() {
 }
 
 #[test]
-fn a_log_may_have_uneven_rows() {
-    let text = "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0.001,0,0,0\n0.003,0,0,0\n";
-    let log = read_log(text.as_bytes(), "log.csv").unwrap();
-    assert_eq!(log.time_s, [0.0, 0.001, 0.003]);
-}
-
-#[test]
 fn a_reader_ends_after_its_first_error() {
     let mut reader = SetpointReader::new(
         "t_s,position\n0,x\n0.001,1\n".as_bytes(),
@@ -338,6 +319,5 @@ proptest! {
         if let Ok(reader) = SetpointReader::new(input.as_slice(), "in", SetpointSource::Position, Clock::CNC) {
             let _ = reader.collect::<Result<Vec<Setpoint>, ReadError>>();
         }
-        let _ = read_log(input.as_slice(), "in");
     }
 }

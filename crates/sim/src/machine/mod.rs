@@ -32,7 +32,7 @@ pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,
 };
 pub use problem::{MachineError, Problem};
-pub use read::{axis_from_changed_toml, axis_from_toml};
+pub use read::{axis_from_changed_toml, axis_from_toml, axis_to_toml};
 pub use review::AxisReview;
 pub use settings::{
     BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets,

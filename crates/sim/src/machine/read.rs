@@ -122,6 +122,22 @@ pub fn axis_from_toml(name: &str, text: &str) -> Result<AxisConfig, MachineError
     axis_from_changed_toml(name, text, &[])
 }
 
+/// An axis as a file that [`axis_from_toml`] reads back to an equal one.
+///
+/// ```
+/// use lostmotion_sim::machine::{axis_from_toml, axis_preset_toml, axis_to_toml};
+///
+/// let axis = axis_from_toml("paper", &axis_preset_toml("paper").ok_or("no preset")?)?;
+/// assert_eq!(axis_from_toml("again", &axis_to_toml(&axis)?)?, axis);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A number that TOML cannot hold.
+pub fn axis_to_toml(axis: &AxisConfig) -> Result<String, toml::ser::Error> {
+    toml::to_string_pretty(axis)
+}
+
 /// The same with values in place of the file's own, as [`Machine::from_changed_toml`].
 ///
 /// # Errors

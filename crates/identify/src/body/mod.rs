@@ -1,0 +1,228 @@
+//! What a log tells of an axis as one body: inertia, friction, the servo's gains, and how position
+//! is lost after a reversal.
+//!
+//! Unlike [`fit_backlash`](crate::fit_backlash), which finds the gap, these fits need neither a
+//! motor's data sheet nor a load's scale. Positions are at the load in m or rad; what drives the
+//! axis is in any unit (force, torque, current, voltage), and so are the coefficients per second
+//! squared, per second and alone:
+//!
+//! ```text
+//! drive = inertia a + viscous v + coulomb sign(v) + constant
+//! ```
+//!
+//! Both sides are averaged with one triangular window, so that no lag arises between them and the
+//! acceleration needs no filter of its own. Intervals come from the scatter between blocks of the
+//! log.
+
+pub mod lost;
+pub mod motion;
+pub mod replay;
+mod rigid;
+mod servo;
+mod squares;
+
+pub use lost::{LostMotion, fit_lost_motion};
+pub use motion::{Motion, Stroke};
+pub use replay::{Replayed, replay};
+pub use rigid::{RigidBody, fit_body};
+pub use servo::{ServoGains, fit_servo};
+
+use crate::error::FitError;
+use crate::even::EvenGrid;
+
+/// A figure with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// The estimate.
+    pub value: f64,
+    /// Standard error.
+    pub error: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+}
+
+impl Figure {
+    /// Whether the interval leaves zero out.
+    pub fn is_told(&self) -> bool {
+        self.interval[0] > 0.0 || self.interval[1] < 0.0
+    }
+
+    /// The same in another unit.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Figure {
+        let mut interval = self.interval.map(|end| end * factor);
+        if factor < 0.0 {
+            interval.reverse();
+        }
+        Figure {
+            value: self.value * factor,
+            error: self.error * factor.abs(),
+            interval,
+        }
+    }
+}
+
+/// Columns of one axis at even times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyLog {
+    /// Time between two samples, s.
+    pub period_s: f64,
+    /// Position of the motor at the load, m or rad.
+    pub motor: Vec<f64>,
+    /// Position of the load; empty where it was not logged.
+    pub load: Vec<f64>,
+    /// Commanded position; empty where it was not logged.
+    pub command: Vec<f64>,
+    /// What drives the axis; empty where it was not logged.
+    pub drive: Vec<f64>,
+    /// Samples in the place of missing rows; empty for a whole log.
+    lost: Vec<bool>,
+}
+
+impl BodyLog {
+    /// A log from rows with their times in s, in order. Uneven rows are carried over to even times.
+    ///
+    /// # Errors
+    /// Times that are not in order, columns of another length, fewer than three rows, more missing
+    /// than present ones.
+    pub fn from_rows(
+        time_s: &[f64],
+        motor: Vec<f64>,
+        load: Vec<f64>,
+        command: Vec<f64>,
+        drive: Vec<f64>,
+    ) -> Result<BodyLog, FitError> {
+        for column in [&load, &command, &drive] {
+            if !column.is_empty() && column.len() != motor.len() || motor.len() != time_s.len() {
+                return Err(FitError::LengthMismatch {
+                    motor: motor.len(),
+                    load: load.len(),
+                    current: drive.len(),
+                });
+            }
+        }
+        if time_s.len() < 3 {
+            return Err(FitError::Empty);
+        }
+        let grid = EvenGrid::new(time_s)?;
+        if grid.even {
+            return Ok(BodyLog {
+                period_s: grid.period_s,
+                motor,
+                load,
+                command,
+                drive,
+                lost: Vec::new(),
+            });
+        }
+        let smooth = |column: &[f64]| {
+            if column.is_empty() {
+                Vec::new()
+            } else {
+                grid.cubic(time_s, column)
+            }
+        };
+        Ok(BodyLog {
+            motor: smooth(&motor),
+            load: smooth(&load),
+            command: smooth(&command),
+            drive: if drive.is_empty() {
+                drive
+            } else {
+                grid.straight(time_s, &drive)
+            },
+            period_s: grid.period_s,
+            lost: grid.lost,
+        })
+    }
+
+    /// Samples in the log.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.motor.len()
+    }
+
+    /// Whether any sample of a range stands for a row that was lost.
+    fn touches_lost(&self, samples: std::ops::RangeInclusive<usize>) -> bool {
+        self.lost
+            .get(samples)
+            .is_some_and(|range| range.contains(&true))
+    }
+}
+
+/// Averages with a triangular window of `2 half` samples, with sums that are made once.
+struct Averages {
+    half: usize,
+    /// Sums of the column up to each sample, and sums of those.
+    twice: Vec<f64>,
+    /// The first value, which is taken off before summing: large places would lose digits.
+    base: f64,
+}
+
+impl Averages {
+    fn new(column: &[f64], half: usize) -> Averages {
+        let base = column.first().copied().unwrap_or(0.0);
+        let (mut once, mut sum) = (0.0, 0.0);
+        let mut twice = Vec::with_capacity(column.len() + 1);
+        twice.push(0.0);
+        for value in column {
+            once += value - base;
+            sum += once;
+            twice.push(sum);
+        }
+        Averages { half, twice, base }
+    }
+
+    /// Average around sample `at`, which is at least `half` from either end: weights
+    /// `(half - |j|) / half^2`.
+    fn mean(&self, at: usize) -> f64 {
+        let (h, s) = (self.half, &self.twice);
+        // The second difference of the double sum is the triangle.
+        (s[at + h] - 2.0 * s[at] + s[at - h]) / (h * h) as f64 + self.base
+    }
+}
+
+/// Average velocity of a position column over the same window, from the trapezoids of the column:
+/// the mean of the later half less that of the earlier one.
+struct Rates<'a> {
+    half: usize,
+    period_s: f64,
+    column: &'a [f64],
+    /// Integral of the column, its first value taken off.
+    integral: Vec<f64>,
+}
+
+impl<'a> Rates<'a> {
+    fn new(column: &'a [f64], half: usize, period_s: f64) -> Rates<'a> {
+        let base = column.first().copied().unwrap_or(0.0);
+        let mut sum = 0.0;
+        let mut integral = Vec::with_capacity(column.len());
+        let mut before = 0.0;
+        for value in column {
+            let value = value - base;
+            sum += 0.5 * (before + value) * period_s;
+            before = value;
+            integral.push(sum);
+        }
+        Rates {
+            half,
+            period_s,
+            column,
+            integral,
+        }
+    }
+
+    fn span_s(&self) -> f64 {
+        self.half as f64 * self.period_s
+    }
+
+    fn velocity(&self, at: usize) -> f64 {
+        let (h, p) = (self.half, &self.integral);
+        (p[at + h] - 2.0 * p[at] + p[at - h]) / (self.span_s() * self.span_s())
+    }
+
+    fn acceleration(&self, at: usize) -> f64 {
+        let (h, q) = (self.half, self.column);
+        (q[at + h] - 2.0 * q[at] + q[at - h]) / (self.span_s() * self.span_s())
+    }
+}

@@ -1,0 +1,155 @@
+//! Where an axis moves, rests and turns round in a log.
+
+use super::{BodyLog, Rates};
+use lostmotion_base::math::quantile;
+
+/// Half of the window that velocities are averaged with, s. A choice: shorter than any stroke.
+const HALF_WINDOW_S: f64 = 0.005;
+/// Fewest samples of half a window.
+const MIN_HALF: usize = 4;
+/// Share of the largest speed below which the axis counts as resting. A choice.
+const REST_SHARE: f64 = 0.01;
+/// Shortest rest, s: a reversal passes through zero faster.
+const MIN_REST_S: f64 = 0.03;
+/// Share of the accelerations' variance that noise of the encoder may have: so much too small does
+/// the inertia come out. A choice.
+const NOISE_SHARE: f64 = 5e-4;
+/// Longest half window, s.
+const MAX_HALF_WINDOW_S: f64 = 0.08;
+
+/// One stroke: motion in one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// First sample.
+    pub from: usize,
+    /// The sample behind the last one.
+    pub to: usize,
+    /// 1 forwards, -1 backwards.
+    pub direction: f64,
+    /// Largest speed, per s.
+    pub speed: f64,
+}
+
+/// How the axis moves in a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Samples in half a window of averages.
+    pub half: usize,
+    /// Speed below which the axis counts as resting, per s.
+    pub rest_speed: f64,
+    /// Largest speed, per s.
+    pub top_speed: f64,
+    /// Largest acceleration, averaged, per s^2.
+    pub top_acceleration: f64,
+    /// Strokes in order.
+    pub strokes: Vec<Stroke>,
+    /// Reversals: neighbouring strokes of opposite direction.
+    pub reversals: usize,
+    /// Rests of at least 30 ms.
+    pub rests: usize,
+    /// Standard deviation of the position's noise.
+    pub noise: f64,
+}
+
+impl Motion {
+    /// Finds strokes, reversals and rests in the motor's position.
+    pub fn of(log: &BodyLog) -> Motion {
+        let noise = noise_of(&log.motor);
+        let longest = ((MAX_HALF_WINDOW_S / log.period_s) as usize).max(MIN_HALF);
+        let mut half = ((HALF_WINDOW_S / log.period_s).round() as usize).max(MIN_HALF);
+        // The window grows until the encoder's noise no longer counts in the accelerations.
+        loop {
+            let rates = Rates::new(&log.motor, half, log.period_s);
+            let span = rates.span_s() * rates.span_s();
+            let mut square = 0.0;
+            let mut count = 0.0;
+            for at in (half..log.len().saturating_sub(half)).step_by(half) {
+                let acceleration = rates.acceleration(at);
+                square += acceleration * acceleration;
+                count += 1.0;
+            }
+            // Three samples with weights 1, -2, 1.
+            let of_noise = 6.0 * noise * noise / (span * span);
+            if 2 * half > longest || of_noise <= NOISE_SHARE * square / f64::max(count, 1.0) {
+                break;
+            }
+            half = half * 3 / 2;
+        }
+        let rates = Rates::new(&log.motor, half, log.period_s);
+        let places = half..log.len().saturating_sub(half);
+        let velocity: Vec<f64> = places.clone().map(|at| rates.velocity(at)).collect();
+        let top = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold(0.0, |top: f64, value| top.max(value.abs()))
+        };
+        let top_speed = top(&mut velocity.iter().copied());
+        let top_acceleration = top(&mut places.map(|at| rates.acceleration(at)));
+        // Noise of an average velocity over two half windows of so many samples.
+        let of_noise = noise * (2.0 / half as f64).sqrt() / rates.span_s();
+        let rest_speed = (REST_SHARE * top_speed).max(5.0 * of_noise);
+        let mut motion = Motion {
+            half,
+            rest_speed,
+            top_speed,
+            top_acceleration,
+            strokes: Vec::new(),
+            reversals: 0,
+            rests: 0,
+            noise,
+        };
+        motion.strokes(&velocity, log.period_s);
+        motion
+    }
+
+    fn strokes(&mut self, velocity: &[f64], period_s: f64) {
+        let state = |speed: f64| {
+            if speed > self.rest_speed {
+                1.0
+            } else if speed < -self.rest_speed {
+                -1.0
+            } else {
+                0.0
+            }
+        };
+        let mut first = 0;
+        let mut strokes: Vec<Stroke> = Vec::new();
+        let mut rests = 0;
+        for run in velocity.chunk_by(|a, b| state(*a) == state(*b)) {
+            let direction = state(run[0]);
+            let (from, to) = (first + self.half, first + run.len() + self.half);
+            first += run.len();
+            if direction == 0.0 {
+                rests += usize::from(run.len() as f64 * period_s >= MIN_REST_S);
+                continue;
+            }
+            let speed = run.iter().fold(0.0, |top: f64, value| top.max(value.abs()));
+            strokes.push(Stroke {
+                from,
+                to,
+                direction,
+                speed,
+            });
+        }
+        self.rests = rests;
+        self.reversals = strokes
+            .windows(2)
+            .filter(|pair| pair[0].direction != pair[1].direction)
+            .count();
+        self.strokes = strokes;
+    }
+}
+
+/// Standard deviation of a position's noise, from its third differences: motion is smooth, noise is
+/// not. At least that of rounding to the column's smallest step.
+pub(crate) fn noise_of(column: &[f64]) -> f64 {
+    let mut thirds: Vec<f64> = column
+        .windows(4)
+        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
+        .collect();
+    // Axes that rest for most of a log tell nothing of rounding there.
+    thirds.retain(|third| *third > 0.0);
+    if thirds.is_empty() {
+        return 0.0;
+    }
+    // Weights 1, 3, 3, 1 make 20 variances of one; the median of a normal's size is 0.6745.
+    quantile(thirds, 0.5) / (0.674_489_750_196_082 * 20.0_f64.sqrt())
+}

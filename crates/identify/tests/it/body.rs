@@ -1,0 +1,372 @@
+//! The axis as one body: published records, and logs of an integrator of its own.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "std's functions are independent of those under test"
+)]
+
+use lostmotion_base::random::Random;
+use lostmotion_identify::body::{
+    BodyLog, Figure, Motion, fit_body, fit_lost_motion, fit_servo, replay,
+};
+use lostmotion_logs::{AxisOptions, read_axis};
+use std::path::{Path, PathBuf};
+
+/// A record beside the repository; says so where it is absent.
+fn record(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/data")
+        .join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    println!("{} is not there: skipped", path.display());
+    None
+}
+
+fn read(path: &Path, columns: &[&str]) -> BodyLog {
+    let options = AxisOptions {
+        columns: columns.iter().map(|spec| spec.parse().unwrap()).collect(),
+        ..AxisOptions::default()
+    };
+    let bytes = std::fs::read(path).unwrap();
+    let log = read_axis(bytes.as_slice(), "record", &options).unwrap();
+    // mm to m
+    let metres = |column: Vec<f64>| column.into_iter().map(|value| 1e-3 * value).collect();
+    let drive = log
+        .drive
+        .map(|drive| drive.values().to_vec())
+        .unwrap_or_default();
+    BodyLog::from_rows(
+        &log.time_s,
+        metres(log.motor),
+        metres(log.load),
+        metres(log.command),
+        drive,
+    )
+    .unwrap()
+}
+
+/// EMPS (Janot, Gautier, Brunot 2019): the published values with three of their standard errors.
+#[test]
+fn emps_has_the_published_parameters() {
+    let Some(path) = record("emps/data_emps.csv") else {
+        return;
+    };
+    let log = read(
+        &path,
+        &[
+            "motor=position_m",
+            "command=reference_m",
+            "force=voltage_V,unit=N,scale=35.15065188248547",
+        ],
+    );
+    let motion = Motion::of(&log);
+    let body = fit_body(&log, &motion).unwrap();
+    for (found, published, error, what) in [
+        (body.inertia, 95.1089, 0.1085, "mass"),
+        (body.viscous, 203.5034, 1.1460, "viscous friction"),
+        (body.coulomb, 20.3935, 0.1012, "Coulomb friction"),
+        (body.constant, -3.1648, 0.0444, "offset"),
+    ] {
+        println!("{what}: {found:?}");
+        assert!(
+            (found.value - published).abs() < 3.0 * error,
+            "{what}: {found:?}"
+        );
+        assert!(found.is_told(), "{what}");
+    }
+    // viscous friction differs by the direction: published 166.7 and 240.4
+    let [forth, back] = body.sided.unwrap().viscous;
+    println!("{forth:?} {back:?}");
+    assert!((forth.value - 166.7).abs() < 6.0 && (back.value - 240.4).abs() < 6.0);
+    // the published controller: kp 160.18 1/s, kv 243.45 V/(m/s), speed from a difference over 2 ms
+    let servo = fit_servo(&log, &motion).unwrap();
+    let law = servo.law.unwrap();
+    println!("{law:?}");
+    assert!((law.position_gain_per_s.value - 160.18).abs() < 0.5);
+    assert!((law.velocity_gain.value / 35.150_651_882_485_47 - 243.45).abs() < 2.5);
+    assert!((law.delay_s - 1e-3).abs() < 1e-4);
+    assert_eq!(law.integral_time_s, None);
+    // between the gain's 1/160.18 s and the 852.2 um at the top speed of 0.1247 m/s, friction included
+    assert!(
+        (6.243e-3..6.834e-3).contains(&servo.lag_s.value),
+        "{:?}",
+        servo.lag_s
+    );
+    let again = replay(&log, &body, &servo).unwrap();
+    println!(
+        "closed loop: rms {:.3} um, largest {:.1} um",
+        1e6 * again.rms,
+        1e6 * again.largest
+    );
+    assert!(again.rms < 3e-6, "{}", again.rms);
+}
+
+/// A real trace with motor and linear scale: 30 steps of 1 um down, then up. Motor less scale goes
+/// from one side to the other over some 20 um of travel.
+#[test]
+fn lost_motion_of_a_real_axis_is_no_step() {
+    let Some(path) = record("sinumerik/X_BK300_1.xml") else {
+        return;
+    };
+    let log = read(&path, &[]);
+    let lost = fit_lost_motion(&log).unwrap();
+    println!("{lost:?}");
+    assert!((1..=4).contains(&lost.reversals));
+    assert!(!lost.is_step);
+    assert!(
+        (1.2e-6..2.2e-6).contains(&lost.total.value),
+        "{:?}",
+        lost.total
+    );
+    assert!(
+        (10e-6..40e-6).contains(&lost.saturates_after),
+        "{}",
+        lost.saturates_after
+    );
+    assert!(!lost.step.is_told() || lost.step.value < 0.5 * lost.total.value);
+}
+
+/// An axis of one body: mass, friction of either direction, cascade control, encoder.
+struct Axis {
+    mass: f64,
+    viscous: f64,
+    coulomb: f64,
+    above: f64,
+    stribeck: f64,
+    constant: f64,
+    position_gain: f64,
+    velocity_gain: f64,
+    integral_time: f64,
+    forward: f64,
+    count: f64,
+    noise: f64,
+}
+
+impl Axis {
+    fn drawn(random: &mut Random) -> Axis {
+        let mass = random.log_between(20.0, 2000.0);
+        let coulomb = mass * random.log_between(0.05, 0.5);
+        Axis {
+            mass,
+            viscous: mass * random.log_between(0.5, 5.0),
+            coulomb,
+            above: 0.0,
+            stribeck: 2e-3,
+            constant: coulomb * (random.between(-0.5, 0.5)),
+            position_gain: random.between(15.0, 35.0),
+            velocity_gain: mass * random.between(200.0, 350.0),
+            integral_time: random.between(0.03, 0.08),
+            forward: random.between(0.0, 1.0),
+            count: random.log_between(1e-8, 2e-7),
+            noise: coulomb * 0.05,
+        }
+    }
+
+    /// 20 s of strokes of different length and speed at 1 kHz, each with trapezoids of acceleration.
+    fn log(&self, random: &mut Random) -> BodyLog {
+        let period = 1e-3;
+        let mut command: Vec<f64> = Vec::new();
+        let mut place = 0.0;
+        while command.len() < 20_000 {
+            let way: f64 = random.between(-0.15, 0.15) - 0.3 * place;
+            let acceleration = random.log_between(0.5, 4.0);
+            // no stroke lasts longer than some 3 s
+            let speed: f64 = random.log_between(0.005, 0.3).max(0.3 * way.abs());
+            let ramp = (speed / acceleration).min((way.abs() / acceleration).sqrt());
+            let top = acceleration * ramp;
+            let flat = (way.abs() - top * ramp).max(0.0) / top;
+            let whole = 2.0 * ramp + flat;
+            let samples = (whole / period).ceil() as usize;
+            for sample in 0..samples {
+                let t = sample as f64 * period;
+                let done = if t < ramp {
+                    0.5 * acceleration * t * t
+                } else if t < ramp + flat {
+                    top * (t - 0.5 * ramp)
+                } else {
+                    let left = (whole - t).max(0.0);
+                    top * (ramp + flat) - 0.5 * acceleration * left * left
+                };
+                command.push(place + way.signum() * done);
+            }
+            place += way.signum() * top * (ramp + flat);
+            command.extend(std::iter::repeat_n(
+                place,
+                20 + (random.between(0.0, 100.0)) as usize,
+            ));
+        }
+        command.truncate(20_000);
+        let (mut x, mut v, mut integral, mut before) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+        let (mut motor, mut drive) = (Vec::new(), Vec::new());
+        let steps = 50;
+        let step = period / f64::from(steps);
+        for sample in 0..command.len() {
+            let measured = (x / self.count).round() * self.count;
+            motor.push(measured);
+            let speed = (measured - before) / period;
+            before = measured;
+            let reference = (command[sample] - command[sample.saturating_sub(1)]) / period;
+            let asked = self.position_gain * (command[sample] - measured)
+                + self.forward * reference
+                - speed;
+            integral += asked * period / self.integral_time;
+            let force = self.velocity_gain * (asked + integral);
+            drive.push(force + self.noise * random.normal());
+            for _ in 0..steps {
+                let net = force - self.constant;
+                let side = if v == 0.0 { net.signum() } else { v.signum() };
+                let friction = self.coulomb + self.above * (-(v / self.stribeck).powi(2)).exp();
+                if v == 0.0 && net.abs() <= friction {
+                    continue;
+                }
+                let mut next = v + step / self.mass * (net - self.viscous * v - side * friction);
+                if next * side < 0.0 {
+                    next = 0.0;
+                }
+                x += 0.5 * step * (v + next);
+                v = next;
+            }
+        }
+        let time: Vec<f64> = (0..command.len())
+            .map(|sample| sample as f64 * period)
+            .collect();
+        BodyLog::from_rows(&time, motor, Vec::new(), command, drive).unwrap()
+    }
+}
+
+/// Drawn axes: how often intervals hold the truth, and how large the errors are.
+#[test]
+fn intervals_of_drawn_axes_hold_the_truth() {
+    let mut held = [0; 4];
+    let mut worst = [0.0_f64; 4];
+    let logs = 30;
+    for seed in 0..logs {
+        let mut random = Random::new(18_340_000 + seed);
+        let axis = Axis::drawn(&mut random);
+        let log = axis.log(&mut random);
+        let motion = Motion::of(&log);
+        let body = fit_body(&log, &motion).unwrap();
+        let pairs = [
+            (body.inertia, axis.mass),
+            (body.viscous, axis.viscous),
+            (body.coulomb, axis.coulomb),
+            (body.constant, axis.constant),
+        ];
+        for (index, (found, truth)) in pairs.into_iter().enumerate() {
+            held[index] += i32::from(found.interval[0] <= truth && truth <= found.interval[1]);
+            worst[index] = worst[index]
+                .max((found.value - truth).abs() / if index == 3 { axis.coulomb } else { truth });
+        }
+        assert!(body.stribeck.is_none(), "seed {seed}: {:?}", body.stribeck);
+    }
+    println!("held {held:?} of {logs}, worst {worst:?}");
+    assert!(held.iter().all(|&held| held >= 26), "{held:?}");
+    assert!(
+        worst[0] < 0.02 && worst[1] < 0.1 && worst[2] < 0.05,
+        "{worst:?}"
+    );
+}
+
+#[test]
+fn friction_that_falls_with_speed_is_told_from_slow_strokes() {
+    let mut random = Random::new(18_250_001);
+    let axis = Axis {
+        above: 60.0,
+        stribeck: 12e-3,
+        mass: 300.0,
+        coulomb: 100.0,
+        viscous: 400.0,
+        noise: 2.0,
+        ..Axis::drawn(&mut random)
+    };
+    let log = axis.log(&mut random);
+    let body = fit_body(&log, &Motion::of(&log)).unwrap();
+    let stribeck = body.stribeck.unwrap();
+    println!("{body:?}");
+    assert!((stribeck.above.value - 60.0).abs() < 12.0, "{stribeck:?}");
+    assert!((8e-3..18e-3).contains(&stribeck.speed));
+    assert!((body.coulomb.value - 100.0).abs() < 5.0);
+}
+
+#[test]
+fn gains_of_a_cascade_are_found() {
+    let mut random = Random::new(18_260_002);
+    let mut held = [0; 2];
+    for _ in 0..12 {
+        let axis = Axis::drawn(&mut random);
+        let log = axis.log(&mut random);
+        let servo = fit_servo(&log, &Motion::of(&log)).unwrap();
+        let law = servo.law.unwrap();
+        println!(
+            "kp {} {:?}, kv {} {:?}, T {} {:?}, ff {} {}, delay {}",
+            axis.position_gain,
+            law.position_gain_per_s,
+            axis.velocity_gain,
+            law.velocity_gain,
+            axis.integral_time,
+            law.integral_time_s,
+            axis.forward,
+            law.feedforward,
+            law.delay_s
+        );
+        let within =
+            |found: Figure, truth: f64| found.interval[0] <= truth && truth <= found.interval[1];
+        held[0] += i32::from(within(law.position_gain_per_s, axis.position_gain));
+        held[1] += i32::from(within(law.velocity_gain, axis.velocity_gain));
+        assert!((law.position_gain_per_s.value / axis.position_gain - 1.0).abs() < 0.15);
+        assert!((law.velocity_gain.value / axis.velocity_gain - 1.0).abs() < 0.1);
+        assert!((law.integral_time_s.unwrap() / axis.integral_time - 1.0).abs() < 0.2);
+        assert!((law.feedforward - axis.forward).abs() < 0.1);
+    }
+    println!("{held:?} of 12");
+}
+
+#[test]
+fn what_a_log_does_not_tell_is_said() {
+    let time: Vec<f64> = (0..5000).map(|sample| f64::from(sample) * 1e-3).collect();
+    // one way at one speed
+    let way: Vec<f64> = time.iter().map(|t| 0.01 * t).collect();
+    let none = Vec::new;
+    let log = BodyLog::from_rows(&time, way.clone(), none(), none(), vec![1.0; 5000]).unwrap();
+    let motion = Motion::of(&log);
+    assert_eq!((motion.reversals, motion.strokes.len()), (0, 1));
+    assert!(fit_body(&log, &motion).unwrap_err().contains("to and fro"));
+    assert!(fit_servo(&log, &motion).unwrap_err().contains("no command"));
+    assert!(fit_lost_motion(&log).unwrap_err().contains("linear scale"));
+    let silent = BodyLog::from_rows(&time, way, none(), none(), none()).unwrap();
+    assert!(
+        fit_body(&silent, &motion)
+            .unwrap_err()
+            .contains("no current")
+    );
+}
+
+/// A pure gap is a step, of its size.
+#[test]
+fn a_gap_is_a_step() {
+    let time: Vec<f64> = (0..20_000).map(|sample| f64::from(sample) * 1e-3).collect();
+    let mut random = Random::new(18_270_001);
+    let motor: Vec<f64> = time
+        .iter()
+        .map(|t| 0.02 * (1.3 * t).sin() + 0.003 * (4.1 * t).sin())
+        .collect();
+    let mut place: f64 = 0.0;
+    let load: Vec<f64> = motor
+        .iter()
+        .map(|&motor| {
+            place = place.clamp(motor - 10e-6, motor + 10e-6);
+            place + 1e-8 * random.normal()
+        })
+        .collect();
+    let log = BodyLog::from_rows(&time, motor, load, Vec::new(), Vec::new()).unwrap();
+    let lost = fit_lost_motion(&log).unwrap();
+    println!("{lost:?}");
+    assert!(
+        (lost.total.value - 20e-6).abs() < 0.6e-6,
+        "{:?}",
+        lost.total
+    );
+    assert!(lost.is_step);
+}

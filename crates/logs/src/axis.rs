@@ -1,0 +1,489 @@
+//! The channels of one axis, on one clock, in one unit.
+
+use crate::clocks::{Track, on_one_clock};
+use crate::error::LogError;
+use crate::motion::{held, jumps, unwrap, wrap};
+use crate::reader::{Format, Header, LogReader, ReadOptions, Row};
+use crate::roles::{Assigned, ColumnSpec, Role, assign};
+use crate::unit::{Quantity, Unit};
+use std::io::BufRead;
+
+/// Fewest rows of a log: velocity and acceleration are taken by differences.
+const FEWEST_ROWS: usize = 3;
+/// Most rows that are taken where the caller does not say otherwise: some 25 MB with five channels.
+const DEFAULT_ROWS: usize = 400_000;
+
+/// What to take of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisOptions {
+    /// How the log is read.
+    pub read: ReadOptions,
+    /// Which channel is what, beside what names tell.
+    pub columns: Vec<ColumnSpec>,
+    /// Roles without which the log is refused. The motor is always one.
+    pub needed: Vec<Role>,
+    /// Roles that are left out even where the log has them.
+    pub without: Vec<Role>,
+    /// First time taken, s of the log.
+    pub from_s: f64,
+    /// Last time taken, s of the log.
+    pub to_s: f64,
+    /// Most rows taken, from the first time on.
+    pub max_rows: usize,
+}
+
+impl Default for AxisOptions {
+    fn default() -> Self {
+        AxisOptions {
+            read: ReadOptions::default(),
+            columns: Vec::new(),
+            needed: Vec::new(),
+            without: Vec::new(),
+            from_s: f64::NEG_INFINITY,
+            to_s: f64::INFINITY,
+            max_rows: DEFAULT_ROWS,
+        }
+    }
+}
+
+/// What drives the axis in a log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DriveSignal {
+    /// Torque-forming current, A.
+    Current(Vec<f64>),
+    /// Torque of the motor, N m.
+    Torque(Vec<f64>),
+    /// Force of the motor at the load, N.
+    Force(Vec<f64>),
+}
+
+impl DriveSignal {
+    /// The values.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            DriveSignal::Current(values)
+            | DriveSignal::Torque(values)
+            | DriveSignal::Force(values) => values,
+        }
+    }
+}
+
+/// A log of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisLog {
+    /// Format of the log.
+    pub format: Format,
+    /// Time of each row, s, rising.
+    pub time_s: Vec<f64>,
+    /// Line of the log that each row stands in.
+    pub line: Vec<u64>,
+    /// Unit of the positions: mm, deg or rad.
+    pub unit: Unit,
+    /// Motor positions in `unit`, at the load.
+    pub motor: Vec<f64>,
+    /// Load positions in `unit`; empty where there are none.
+    pub load: Vec<f64>,
+    /// Commanded positions in `unit`; empty where there are none.
+    pub command: Vec<f64>,
+    /// What drives the axis, if the log has it.
+    pub drive: Option<DriveSignal>,
+    /// What was found, taken for granted, mended or left out, for the user.
+    pub said: Vec<String>,
+}
+
+/// Reads the channels of one axis out of a log. `name` is the file's name for messages.
+///
+/// Positions may be in any length or angle; they come out in the motor's unit, or in mm and deg
+/// where that is no unit of an axis. Channels of different clocks are brought to the slowest one.
+/// Values that a slower clock holds are taken once. Counters that wrap are added up. Where time was
+/// lost the longest part is taken.
+///
+/// # Errors
+/// As [`LogReader`]; a role that is needed and not found or found twice, a unit that is not told,
+/// rows out of order, a log too short.
+pub fn read_axis(
+    input: impl BufRead,
+    name: &str,
+    options: &AxisOptions,
+) -> Result<AxisLog, LogError> {
+    let mut read = options.read.clone();
+    if let Some(time) = options.columns.iter().find(|spec| spec.role == Role::Time) {
+        read.time_column = Some(time.name.clone());
+        read.time_unit = time.unit;
+    }
+    let mut reader = LogReader::new(input, name, &read)?;
+    let header = reader.header().clone();
+    let (mut assigned, more) = assign(name, &header, &options.columns)?;
+    assigned.retain(|other| !options.without.contains(&other.role));
+    check_needed(name, &header, &assigned, options)?;
+    // One signal that drives the axis: the current where there is one.
+    let driving: Vec<Role> = assigned
+        .iter()
+        .map(|other| other.role)
+        .filter(|role| is_drive(*role))
+        .collect();
+    let kept = [Role::Current, Role::Torque, Role::Force]
+        .into_iter()
+        .find(|role| {
+            let told = options.columns.iter().find(|spec| is_drive(spec.role));
+            told.map_or(driving.contains(role), |told| told.role == *role)
+        });
+    assigned.retain(|other| !is_drive(other.role) || Some(other.role) == kept);
+    let (factors, unit) = factors(name, &header, &assigned)?;
+    reader.select(
+        &assigned
+            .iter()
+            .map(|other| other.channel)
+            .collect::<Vec<_>>(),
+    );
+    let mut said = vec![format!("format: {}", header.format)];
+    said.extend(header.said.iter().cloned());
+    said.extend(more);
+    let mut track = collect(&mut reader, &assigned, &factors, options, &mut said)?;
+    said.extend(reader.remarks());
+    let turn = (unit.quantity == Quantity::Angle).then(|| std::f64::consts::TAU / unit.factor);
+    mend(&mut track, &assigned, turn, &mut said);
+    if track.len() < FEWEST_ROWS {
+        let what = format!("{} rows of data can be used", track.len());
+        return Err(LogError::file(
+            name,
+            what,
+            format!("at least {FEWEST_ROWS} are needed"),
+        ));
+    }
+    let mut log = AxisLog {
+        format: header.format,
+        time_s: track.time_s,
+        line: track.line,
+        unit,
+        motor: Vec::new(),
+        load: Vec::new(),
+        command: Vec::new(),
+        drive: None,
+        said,
+    };
+    for (other, column) in assigned.iter().zip(track.columns) {
+        match other.role {
+            Role::Motor => log.motor = column,
+            Role::Load => log.load = column,
+            Role::Command => log.command = column,
+            Role::Current => log.drive = Some(DriveSignal::Current(column)),
+            Role::Torque => log.drive = Some(DriveSignal::Torque(column)),
+            Role::Force => log.drive = Some(DriveSignal::Force(column)),
+            Role::Time => {}
+        }
+    }
+    check_sign(name, &log)?;
+    Ok(log)
+}
+
+fn is_drive(role: Role) -> bool {
+    matches!(role, Role::Current | Role::Torque | Role::Force)
+}
+
+fn is_position(role: Role) -> bool {
+    matches!(role, Role::Command | Role::Motor | Role::Load)
+}
+
+fn check_needed(
+    name: &str,
+    header: &Header,
+    assigned: &[Assigned],
+    options: &AxisOptions,
+) -> Result<(), LogError> {
+    for &role in std::iter::once(&Role::Motor).chain(&options.needed) {
+        let found = assigned
+            .iter()
+            .any(|other| other.role == role || (role == Role::Current && is_drive(other.role)));
+        if !found {
+            let names: Vec<&str> = header
+                .channels
+                .iter()
+                .map(|channel| channel.name.as_str())
+                .collect();
+            let names = lostmotion_base::text::shortened(&names.join(", "), 240);
+            let unit = if is_position(role) { "mm" } else { "a" };
+            let what = format!(
+                "there is no column `{role}_{unit}` and none that is known to be the {role}; the columns are: {names}"
+            );
+            let hint = format!(
+                "name it: --column {role}=NAME,unit={}",
+                unit.replace('a', "A")
+            );
+            return Err(LogError::file(name, what, hint));
+        }
+    }
+    Ok(())
+}
+
+/// What each channel is multiplied with, and the unit of the positions.
+fn factors(
+    name: &str,
+    header: &Header,
+    assigned: &[Assigned],
+) -> Result<(Vec<f64>, Unit), LogError> {
+    let called = |other: &Assigned| {
+        header
+            .channels
+            .get(other.channel)
+            .map_or("", |channel| channel.name.as_str())
+    };
+    let positions = [Quantity::Length, Quantity::Angle];
+    let mut unit: Option<Unit> = None;
+    // The motor's unit first: the others follow it.
+    let motor = assigned.iter().find(|other| other.role == Role::Motor);
+    if let Some(motor) = motor {
+        let found = motor.factor_to(name, called(motor), &positions, "a length or an angle")?;
+        let usual = match (found.symbol, found.quantity) {
+            ("mm" | "deg" | "rad", _) => found,
+            (_, Quantity::Length) => Unit::MM,
+            _ => Unit {
+                quantity: Quantity::Angle,
+                factor: std::f64::consts::TAU / 360.0,
+                symbol: "deg",
+            },
+        };
+        unit = Some(usual);
+    }
+    let unit = unit.unwrap_or(Unit::MM);
+    let mut factors = Vec::new();
+    for other in assigned {
+        let (quantities, what): (&[Quantity], &str) = match other.role {
+            Role::Current => (&[Quantity::Current], "a current"),
+            Role::Torque => (&[Quantity::Torque], "a torque"),
+            Role::Force => (&[Quantity::Force], "a force"),
+            _ => (&positions, "a length or an angle"),
+        };
+        let found = other.factor_to(name, called(other), quantities, what)?;
+        if is_position(other.role) && found.quantity != unit.quantity {
+            let what = format!(
+                "`{}` is in {found}, but the motor's position is in {unit}",
+                called(other)
+            );
+            return Err(LogError::file(
+                name,
+                what,
+                "give both as lengths or both as angles",
+            ));
+        }
+        let base = if is_position(other.role) {
+            unit.factor
+        } else {
+            1.0
+        };
+        // The same unit is not divided by itself: values stay as they were written.
+        let scale = if found.factor == base {
+            1.0
+        } else {
+            found.factor / base
+        };
+        factors.push(other.factor * scale);
+    }
+    Ok((factors, unit))
+}
+
+/// All rows of the channels, on one clock.
+fn collect(
+    reader: &mut LogReader<'_>,
+    assigned: &[Assigned],
+    factors: &[f64],
+    options: &AxisOptions,
+    said: &mut Vec<String>,
+) -> Result<Track, LogError> {
+    let name = reader.name().to_owned();
+    let header = reader.header().clone();
+    // Groups that are asked for, each with the places of its channels among the roles.
+    let mut groups: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
+    for (role, other) in assigned.iter().enumerate() {
+        let Some(channel) = header.channels.get(other.channel) else {
+            continue;
+        };
+        let within = header
+            .group(channel.group)
+            .position(|place| place == other.channel);
+        let entry = (role, within.unwrap_or_default());
+        match groups.iter_mut().find(|(group, _)| *group == channel.group) {
+            Some((_, members)) => members.push(entry),
+            None => groups.push((channel.group, vec![entry])),
+        }
+    }
+    let fresh = || -> Vec<Track> {
+        groups
+            .iter()
+            .map(|(_, members)| Track::new(members.len()))
+            .collect()
+    };
+    let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
+    let (mut tracks, mut best) = (fresh(), fresh());
+    let (mut part, mut parts, mut more) = (0, 1u32, false);
+    let mut row = Row::default();
+    while reader.next_row(&mut row)? {
+        let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
+            continue;
+        };
+        if row.part != part {
+            (part, parts) = (row.part, parts + 1);
+            // Time was lost: the longest part is kept.
+            if rows_of(&tracks) > rows_of(&best) {
+                std::mem::swap(&mut tracks, &mut best);
+            }
+            tracks.iter_mut().for_each(Track::clear);
+        }
+        let track = &mut tracks[place];
+        if let Some(&before_s) = track.time_s.last()
+            && row.time_s <= before_s
+        {
+            return Err(LogError::line(
+                &name,
+                row.line,
+                format!(
+                    "the time {} s is not after {before_s} s, the time of the row before",
+                    row.time_s
+                ),
+                "rows have to be in order of time, none twice",
+            ));
+        }
+        if row.time_s < options.from_s {
+            continue;
+        }
+        if row.time_s > options.to_s {
+            break;
+        }
+        if track.len() == options.max_rows {
+            more = true;
+            break;
+        }
+        track.time_s.push(row.time_s);
+        track.line.push(row.line);
+        for (column, (role, within)) in groups[place].1.iter().enumerate() {
+            let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
+            track.columns[column].push(value * factors[*role]);
+        }
+    }
+    if rows_of(&best) > rows_of(&tracks) {
+        tracks = best;
+    }
+    if parts > 1 {
+        said.push(format!(
+            "time was lost between {parts} parts of the log: the longest one is taken, {} rows",
+            rows_of(&tracks)
+        ));
+    }
+    if more {
+        said.push(format!(
+            "the first {} rows are taken; more with --rows, others with --from and --to",
+            options.max_rows
+        ));
+    }
+    let scale = reader.time_scale_s();
+    let mut merged = if tracks.len() == 1 {
+        tracks.pop().unwrap_or_default()
+    } else {
+        if tracks.iter().any(|track| track.len() < 2) {
+            return Err(LogError::file(
+                &name,
+                "a column has fewer than two values",
+                "",
+            ));
+        }
+        let merged = on_one_clock(&tracks);
+        said.push(format!(
+            "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
+            groups.len(),
+            1e3 * merged.period_s()
+        ));
+        merged
+    };
+    if scale != 1.0 {
+        merged.time_s.iter_mut().for_each(|time| *time *= scale);
+    }
+    // Columns in the order of the roles.
+    let order: Vec<usize> = groups
+        .iter()
+        .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
+        .collect();
+    let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
+    columns.sort_by_key(|(role, _)| *role);
+    merged.columns = columns.into_iter().map(|(_, column)| column).collect();
+    Ok(merged)
+}
+
+/// Takes held values once, adds up wrapped counters, and cuts where a position jumps.
+fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut Vec<String>) {
+    let positions: Vec<usize> = (0..assigned.len())
+        .filter(|&place| is_position(assigned[place].role))
+        .collect();
+    // The slowest clock of the measured positions; a command may be slower than what is measured.
+    let measured = positions
+        .iter()
+        .filter(|&&place| assigned[place].role != Role::Command);
+    let slowest = measured
+        .map(|&place| held(&track.columns[place]))
+        .max_by_key(|(step, _)| *step);
+    if let Some((step, first)) = slowest.filter(|(step, _)| *step > 1) {
+        said.push(format!(
+            "values are held for {step} rows: one of them is taken"
+        ));
+        track.thin(first, step);
+    }
+    let mut cuts: Vec<usize> = Vec::new();
+    for &place in &positions {
+        let found = jumps(&track.time_s, &track.columns[place]);
+        let role = assigned[place].role;
+        if let Some(period) = wrap(&found, turn) {
+            said.push(format!(
+                "the {role}'s position wraps {} times at {period}; it is added up",
+                found.len()
+            ));
+            unwrap(&mut track.columns[place], &found, period);
+            continue;
+        }
+        for jump in &found {
+            said.push(format!(
+                "line {}: the {role}'s position jumps by {:.4}: rows are missing, or it was set",
+                track.line.get(jump.row).copied().unwrap_or_default(),
+                jump.size
+            ));
+        }
+        cuts.extend(found.iter().map(|jump| jump.row));
+    }
+    if cuts.is_empty() {
+        return;
+    }
+    // The longest stretch without a jump.
+    cuts.extend([0, track.len()]);
+    cuts.sort_unstable();
+    cuts.dedup();
+    let longest = cuts.windows(2).max_by_key(|pair| pair[1] - pair[0]);
+    if let Some(&[from, to]) = longest.map(|pair| <&[usize; 2]>::try_from(pair).unwrap_or(&[0, 0]))
+    {
+        said.push(format!(
+            "the longest stretch without a jump is taken, {} rows",
+            to - from
+        ));
+        track.keep(from..to);
+    }
+}
+
+/// Refuses a drive signal without its sign.
+fn check_sign(name: &str, log: &AxisLog) -> Result<(), LogError> {
+    let Some(values) = log.drive.as_ref().map(DriveSignal::values) else {
+        return Ok(());
+    };
+    let (mut forth, mut back) = (0usize, 0usize);
+    for pair in log.motor.windows(2) {
+        forth += usize::from(pair[1] > pair[0]);
+        back += usize::from(pair[1] < pair[0]);
+    }
+    let both = forth.min(back) * 10 > log.motor.len();
+    let one_sign =
+        values.iter().all(|&value| value >= 0.0) && values.iter().any(|&value| value > 0.0);
+    if both && one_sign {
+        return Err(LogError::file(
+            name,
+            "the current is never negative though the axis moves both ways: its sign is lost",
+            "log the current with its sign, not its magnitude",
+        ));
+    }
+    Ok(())
+}

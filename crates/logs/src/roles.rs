@@ -1,0 +1,307 @@
+//! Which channel is what: told by the caller, or by the names that controls give.
+
+use crate::error::LogError;
+use crate::reader::{Format, Header};
+use crate::unit::{Quantity, Unit, stem};
+use lostmotion_base::text::shortened;
+use std::fmt;
+use std::str::FromStr;
+
+/// Longest list of names in a message, characters.
+const LONGEST_SHOWN: usize = 240;
+
+/// What a channel is of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Role {
+    /// Time of the rows.
+    Time,
+    /// Commanded position.
+    Command,
+    /// Position of the motor, at the load.
+    Motor,
+    /// Position of the load.
+    Load,
+    /// Torque-forming current.
+    Current,
+    /// Torque of the motor.
+    Torque,
+    /// Force of the motor at the load.
+    Force,
+}
+
+const ROLES: &[(Role, &str)] = &[
+    (Role::Time, "time"),
+    (Role::Command, "command"),
+    (Role::Motor, "motor"),
+    (Role::Load, "load"),
+    (Role::Current, "current"),
+    (Role::Torque, "torque"),
+    (Role::Force, "force"),
+];
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = ROLES.iter().find(|(role, _)| role == self);
+        f.write_str(name.map_or("", |(_, name)| name))
+    }
+}
+
+impl FromStr for Role {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Role, String> {
+        ROLES
+            .iter()
+            .find(|(_, name)| *name == text)
+            .map(|(role, _)| *role)
+            .ok_or_else(|| {
+                let known: Vec<&str> = ROLES.iter().map(|(_, name)| *name).collect();
+                format!(
+                    "`{text}` is no role of a column; there are {}",
+                    known.join(", ")
+                )
+            })
+    }
+}
+
+/// Which channel plays a role, and how its values are to be taken:
+/// `motor=NAME,unit=um,sign=-,scale=2`.
+///
+/// ```
+/// use lostmotion_logs::{ColumnSpec, Role};
+///
+/// let spec: ColumnSpec = "motor=s ist/Y,unit=um,sign=-".parse()?;
+/// assert_eq!((spec.role, spec.name.as_str(), spec.factor), (Role::Motor, "s ist/Y", -1.0));
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnSpec {
+    /// The role.
+    pub role: Role,
+    /// The channel's name in the log, or its number from 1.
+    pub name: String,
+    /// Its unit; as the log tells it where this is `None`.
+    pub unit: Option<Unit>,
+    /// What its values are multiplied with: sign and scale.
+    pub factor: f64,
+}
+
+impl FromStr for ColumnSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<ColumnSpec, String> {
+        let Some((role, rest)) = text.split_once('=') else {
+            return Err(format!(
+                "`{text}` is not ROLE=NAME, for example motor=s_ist,unit=um,sign=-"
+            ));
+        };
+        let role = role.trim().parse()?;
+        // Names may hold commas: options are taken from the end.
+        let (mut name, mut unit, mut factor) = (rest, None, 1.0);
+        while let Some((before, option)) = name.rsplit_once(',') {
+            let Some((key, value)) = option.split_once('=') else {
+                break;
+            };
+            match (key.trim(), value.trim()) {
+                ("unit", value) => unit = Some(value.parse()?),
+                ("sign", "-") => factor = -factor,
+                ("sign", "+") => {}
+                ("sign", other) => return Err(format!("sign `{other}` is neither + nor -")),
+                ("scale", value) => {
+                    let scale: f64 = value
+                        .parse()
+                        .map_err(|_| format!("scale `{value}` is not a number"))?;
+                    if !(scale.is_finite() && scale != 0.0) {
+                        return Err(format!(
+                            "scale `{value}` is not a finite number other than zero"
+                        ));
+                    }
+                    factor *= scale;
+                }
+                _ => break,
+            }
+            name = before;
+        }
+        if name.trim().is_empty() {
+            return Err(format!("`{text}` names no column"));
+        }
+        Ok(ColumnSpec {
+            role,
+            name: name.trim().to_owned(),
+            unit,
+            factor,
+        })
+    }
+}
+
+/// What a control's name for a signal tells of its role.
+fn role_of(format: Format, name: &str) -> Option<Role> {
+    let lower = name.to_lowercase();
+    let has = |part: &str| lower.contains(part);
+    let named = match format {
+        Format::SinumerikTrace if has("cmdpos") => Some(Role::Command),
+        Format::SinumerikTrace if has("actpos1stenc") => Some(Role::Motor),
+        Format::SinumerikTrace if has("actpos2ndenc") => Some(Role::Load),
+        Format::SinumerikTrace if has("actcurr") => Some(Role::Current),
+        Format::SinumerikTrace if has("cmdtorque") => Some(Role::Torque),
+        Format::Tncscope if lower.starts_with("s soll") || lower.starts_with("s noml") => {
+            Some(Role::Command)
+        }
+        Format::Tncscope if lower.starts_with("s ist") || lower.starts_with("s actual") => {
+            Some(Role::Motor)
+        }
+        Format::Tncscope if lower.starts_with("i ist") || lower.starts_with("i actual") => {
+            Some(Role::Current)
+        }
+        Format::SinumerikTrace | Format::Tncscope => return None,
+        _ if lower.ends_with("motor-pos-cmd") => Some(Role::Command),
+        _ if lower.ends_with("motor-pos-fb") => Some(Role::Motor),
+        _ => None,
+    };
+    let stem = stem(name);
+    let last = stem.rsplit(['.', '/', ':']).next().unwrap_or_default();
+    named.or(match last {
+        "command" | "cmd" | "reference" | "setpoint" | "setpos" | "cmd_pos" => Some(Role::Command),
+        "motor" | "actpos" | "motor_position" => Some(Role::Motor),
+        "load" | "scale" | "load_position" => Some(Role::Load),
+        "current" | "iq" | "actcurrent" => Some(Role::Current),
+        "torque" | "acttorque" => Some(Role::Torque),
+        _ => None,
+    })
+}
+
+/// A channel in its role.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Assigned {
+    pub(crate) role: Role,
+    pub(crate) channel: usize,
+    pub(crate) unit: Option<Unit>,
+    pub(crate) factor: f64,
+}
+
+/// The roles that are told, then those that names tell.
+pub(crate) fn assign(
+    file: &str,
+    header: &Header,
+    told: &[ColumnSpec],
+) -> Result<(Vec<Assigned>, Vec<String>), LogError> {
+    let mut assigned: Vec<Assigned> = Vec::new();
+    let mut said = Vec::new();
+    let names: Vec<&str> = header
+        .channels
+        .iter()
+        .map(|channel| channel.name.as_str())
+        .collect();
+    let listed = || shortened(&names.join(", "), LONGEST_SHOWN);
+    for spec in told.iter().filter(|spec| spec.role != Role::Time) {
+        let places: Vec<usize> = (0..names.len())
+            .filter(|&place| names.get(place) == Some(&spec.name.as_str()))
+            .collect();
+        let by_number = spec
+            .name
+            .parse::<usize>()
+            .ok()
+            .filter(|number| (1..=names.len()).contains(number));
+        let channel = match (places.as_slice(), by_number) {
+            ([one], _) => *one,
+            ([], Some(number)) => number - 1,
+            ([], None) => {
+                let what = format!(
+                    "there is no column `{}`; the columns are: {}",
+                    spec.name,
+                    listed()
+                );
+                return Err(LogError::file(file, what, ""));
+            }
+            _ => {
+                let what = format!("{} columns are called `{}`", places.len(), spec.name);
+                return Err(LogError::file(file, what, "call it by its number"));
+            }
+        };
+        if let Some(other) = assigned
+            .iter()
+            .find(|other| other.role == spec.role || other.channel == channel)
+        {
+            let what = format!(
+                "column `{}` is told twice, as {} and {}",
+                spec.name, other.role, spec.role
+            );
+            return Err(LogError::file(file, what, "one column for each role"));
+        }
+        assigned.push(Assigned {
+            role: spec.role,
+            channel,
+            unit: spec.unit.or_else(|| {
+                header
+                    .channels
+                    .get(channel)
+                    .and_then(|channel| channel.unit)
+            }),
+            factor: spec.factor,
+        });
+    }
+    for &(role, _) in ROLES {
+        if assigned.iter().any(|other| other.role == role) {
+            continue;
+        }
+        let mut found = header
+            .channels
+            .iter()
+            .enumerate()
+            .filter(|(place, channel)| {
+                role_of(header.format, &channel.name) == Some(role)
+                    && !assigned.iter().any(|other| other.channel == *place)
+            });
+        let (one, two) = (found.next(), found.next());
+        match (one, two) {
+            (Some((_, one)), Some((_, two)))
+                if matches!(role, Role::Motor | Role::Load | Role::Current) =>
+            {
+                let what = if one.name == two.name {
+                    format!("there are two columns `{}`", one.name)
+                } else {
+                    format!("both `{}` and `{}` could be the {role}", one.name, two.name)
+                };
+                let hint = format!("name one with --column {role}=NAME");
+                return Err(LogError::file(file, what, hint));
+            }
+            (Some((channel, one)), None) => {
+                if stem(&one.name) != role.to_string() {
+                    said.push(format!("`{}` is taken for the {role}", one.name));
+                }
+                assigned.push(Assigned {
+                    role,
+                    channel,
+                    unit: one.unit,
+                    factor: 1.0,
+                });
+            }
+            _ => {}
+        }
+    }
+    Ok((assigned, said))
+}
+
+impl Assigned {
+    /// What the channel's values are multiplied with to be in a unit of `quantity`'s.
+    pub(crate) fn factor_to(
+        &self,
+        file: &str,
+        name: &str,
+        quantities: &[Quantity],
+        what: &str,
+    ) -> Result<Unit, LogError> {
+        let role = self.role;
+        let Some(unit) = self.unit else {
+            let text = format!("the unit of `{name}`, the {role}, is not told");
+            let hint = format!("give it: --column {role}={name},unit=UNIT");
+            return Err(LogError::file(file, text, hint));
+        };
+        if !quantities.contains(&unit.quantity) {
+            let text = format!("`{name}`, the {role}, is in {unit}");
+            return Err(LogError::file(file, text, format!("it has to be {what}")));
+        }
+        Ok(unit)
+    }
+}

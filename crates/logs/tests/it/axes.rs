@@ -1,0 +1,136 @@
+//! One axis out of a log: roles, units, clocks, held values, wrapped counters, lost time.
+
+use lostmotion_logs::{AxisLog, AxisOptions, DriveSignal, Role, read_axis};
+
+fn options(columns: &[&str]) -> AxisOptions {
+    AxisOptions {
+        columns: columns.iter().map(|spec| spec.parse().unwrap()).collect(),
+        ..AxisOptions::default()
+    }
+}
+
+fn says(log: &AxisLog, part: &str) -> bool {
+    log.said.iter().any(|said| said.contains(part))
+}
+
+#[test]
+fn roles_units_and_signs() {
+    let text = "Zeit [ms];Geber [um];Massstab [mm];Iq [mA];Status\n0;1000;-1;500;run\n1;2000;-2;-500;run\n2;3000;-3;0;run\n";
+    let options = options(&["motor=Geber [um]", "load=Massstab [mm],sign=-", "current=4"]);
+    // the fourth channel is the status: numbers count channels without the time
+    assert!(read_axis(text.as_bytes(), "log", &options).is_err());
+    let options = self::options(&[
+        "motor=Geber [um]",
+        "load=Massstab [mm],sign=-",
+        "current=3,scale=2",
+    ]);
+    let log = read_axis(text.as_bytes(), "log", &options).unwrap();
+    assert_eq!(
+        (log.unit.symbol, log.time_s.as_slice()),
+        ("mm", &[0.0, 1e-3, 2e-3][..])
+    );
+    assert_eq!(
+        (log.motor, log.load),
+        (vec![1.0, 2.0, 3.0], vec![1.0, 2.0, 3.0])
+    );
+    assert_eq!(log.drive, Some(DriveSignal::Current(vec![1.0, -1.0, 0.0])));
+    assert_eq!(log.line, [2, 3, 4]);
+}
+
+#[test]
+fn roles_that_names_tell() {
+    let text = "# Sampling period is 1000000 ns\njoint.0.motor-pos-cmd;joint.0.motor-pos-fb;x-scale-pos\n1;2;3\n1;2;3\n1;2;3\n";
+    let error = read_axis(text.as_bytes(), "log", &AxisOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("--column motor=joint.0.motor-pos-fb,unit=UNIT"),
+        "{error}"
+    );
+    let told = options(&[
+        "motor=joint.0.motor-pos-fb,unit=mm",
+        "load=x-scale-pos,unit=mm",
+        "command=joint.0.motor-pos-cmd,unit=inch",
+    ]);
+    let log = read_axis(text.as_bytes(), "log", &told).unwrap();
+    assert_eq!(log.command, [25.4; 3]);
+}
+
+/// Two clocks, 0.2 and 1 ms: both come out at the slower one.
+#[test]
+fn clocks_are_brought_together() {
+    let mut text = "Name;x\nFile;y\nStarttime of export;1\nEndtime of export;2\n\nName;ActPos;Name;Torque\nUnit;mm;Unit;Nm\n\n".to_owned();
+    for row in 0..1000 {
+        let t = 0.2 * f64::from(row);
+        let slow = if row < 200 {
+            format!("{};{}", row, 2 * row)
+        } else {
+            " ; ".to_owned()
+        };
+        text += &format!("{t:.1};{};{slow}\n", 3.0 * t);
+    }
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.time_s.len(), 200);
+    for (row, motor) in log.motor.iter().enumerate() {
+        assert!((motor - 3.0 * row as f64).abs() < 1e-9);
+    }
+    assert!(says(&log, "columns have 2 clocks"));
+}
+
+#[test]
+fn held_values_are_taken_once() {
+    let mut text = "t_s,motor_mm\n".to_owned();
+    for row in 0..3000 {
+        let x = (f64::from(row / 30) * 0.05).sin();
+        text += &format!("{},{x}\n", f64::from(row) * 1e-4);
+    }
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.time_s.len(), 100);
+    assert!(says(&log, "values are held for 30 rows"));
+}
+
+#[test]
+fn wrapped_angles_are_added_up_and_jumps_are_cut_out() {
+    let mut text = "t_s,motor_deg\n".to_owned();
+    let mut cut = text.clone();
+    for row in 0..2000 {
+        let angle = 0.5 * f64::from(row) + 1e-3 * f64::from(row % 3);
+        text += &format!("{},{}\n", f64::from(row) * 1e-3, angle.rem_euclid(360.0));
+        let lost = if row < 500 { 0.0 } else { 17.0 };
+        cut += &format!("{},{}\n", f64::from(row) * 1e-3, angle + lost);
+    }
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert!((log.motor.last().unwrap() - 999.5).abs() < 2e-3);
+    assert!(says(&log, "wraps 2 times at 360"));
+    let log = read_axis(cut.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.time_s.len(), 1500);
+    assert!(
+        says(&log, "line 502: the motor's position jumps by 17"),
+        "{:?}",
+        log.said
+    );
+}
+
+#[test]
+fn rows_and_times_are_bounded() {
+    let text: String = std::iter::once("t_s,motor_mm,load_mm\n".to_owned())
+        .chain((0..100).map(|row| format!("{row},{row},x\n")))
+        .collect();
+    let options = AxisOptions {
+        from_s: 10.0,
+        to_s: 50.0,
+        max_rows: 20,
+        without: vec![Role::Load],
+        ..AxisOptions::default()
+    };
+    let log = read_axis(text.as_bytes(), "log", &options).unwrap();
+    assert_eq!((log.time_s[0], log.time_s.len()), (10.0, 20));
+    assert!(says(&log, "the first 20 rows are taken"));
+}
+
+#[test]
+fn a_log_may_have_uneven_rows() {
+    let text = "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0.001,0,0,0\n0.003,0,0,0\n";
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert_eq!(log.time_s, [0.0, 0.001, 0.003]);
+}

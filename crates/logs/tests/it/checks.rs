@@ -1,0 +1,153 @@
+//! What has to hold for every input: shared by the fuzz targets and by the test that replays their
+//! corpus.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a check fails by panicking"
+)]
+
+use lostmotion_logs::{AxisOptions, ColumnSpec, LogReader, ReadOptions, Row, read_axis};
+
+/// Rows that are read of one input: each costs memory only while it is held.
+const MOST_ROWS: usize = 20_000;
+
+/// Any bytes are read or refused: rows have the channels of their group and finite values, lines
+/// never fall, and a message names the file.
+pub fn log(bytes: &[u8]) {
+    let mut options = ReadOptions::default();
+    // The first byte says what a user may have told.
+    let (first, rest) = bytes.split_first().unwrap_or((&0, &[]));
+    if first & 1 == 1 {
+        options.period_s = Some(1e-3);
+    }
+    options.tagged = match first & 6 {
+        2 => Some(true),
+        4 => Some(false),
+        _ => None,
+    };
+    match LogReader::new(rest, "fuzzed", &options) {
+        Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+        Ok(mut reader) => rows(&mut reader),
+    }
+    let columns: Vec<ColumnSpec> = [
+        "motor=1,unit=mm",
+        "load=2,unit=um,sign=-",
+        "current=3,unit=A",
+    ]
+    .iter()
+    .take(usize::from(first >> 5) % 4)
+    .filter_map(|spec| spec.parse().ok())
+    .collect();
+    let options = AxisOptions {
+        read: options,
+        columns,
+        max_rows: MOST_ROWS,
+        ..AxisOptions::default()
+    };
+    if let Ok(log) = read_axis(rest, "fuzzed", &options) {
+        assert!(log.time_s.len() >= 3);
+        assert!(log.time_s.windows(2).all(|pair| pair[1] > pair[0]));
+        assert_eq!(log.motor.len(), log.time_s.len());
+        assert!(log.load.is_empty() || log.load.len() == log.time_s.len());
+        assert!(log.motor.iter().all(|value| value.is_finite()));
+    }
+}
+
+fn rows(reader: &mut LogReader<'_>) {
+    let header = reader.header().clone();
+    assert!(!header.channels.is_empty() && header.groups > 0);
+    let widths: Vec<usize> = (0..header.groups)
+        .map(|group| header.group(group).count())
+        .collect();
+    let mut row = Row::default();
+    let mut line = 0;
+    for _ in 0..MOST_ROWS {
+        match reader.next_row(&mut row) {
+            Ok(true) => {
+                assert_eq!(widths.get(row.group), Some(&row.values.len()));
+                assert!(row.line >= line, "lines fall");
+                line = row.line;
+                assert!(row.time_s.is_finite());
+                assert!(row.values.iter().all(|value| value.is_finite()));
+            }
+            Ok(false) => {
+                // The end is the end.
+                assert!(matches!(reader.next_row(&mut row), Ok(false)));
+                return;
+            }
+            Err(error) => {
+                assert!(error.to_string().contains("fuzzed"), "{error}");
+                return;
+            }
+        }
+    }
+}
+
+/// As [`log`], with a beginning that only one format has.
+fn begun(start: &str, data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let bytes: Vec<u8> = [&[*first], start.as_bytes(), rest].concat();
+    log(&bytes);
+}
+
+/// HALscope: the first byte also chooses the generation.
+pub fn halscope(data: &[u8]) {
+    let start = match data.first().unwrap_or(&0) & 8 {
+        0 => "# Sampling period is 1000000 ns\n",
+        _ => "Sampling period is 1000000 ns \n\n",
+    };
+    begun(start, data);
+}
+
+/// halsampler.
+pub fn halsampler(data: &[u8]) {
+    begun("0 0.5 1 \n1 0.6 0 \n", data);
+}
+
+/// TwinCAT Scope.
+pub fn twincat(data: &[u8]) {
+    begun(
+        "Name\tx\nFile\ty\nStarttime of export\t1\nEndtime of export\t2\n\nName\t",
+        data,
+    );
+}
+
+/// Sinumerik's trace.
+pub fn sinumerik(data: &[u8]) {
+    begun(
+        "<traceSession version=\"1\"><dataSignal id=\"f1\" key=\"s1\" unitsType=\"posn\" name=\"ActPos1stEnc\" interval=\"0.002\"/>",
+        data,
+    );
+}
+
+/// Heidenhain's TNCscope.
+pub fn tncscope(data: &[u8]) {
+    begun(
+        "%TNCscopeNT data file\n%[CURVE1]\n%NAME=s ist/X\n%DIMENSION=mm\n",
+        data,
+    );
+}
+
+/// EPICS' camonitor.
+pub fn camonitor(data: &[u8]) {
+    begun(
+        "P 2026-01-01 00:00:00.0 1\nP 2026-01-01 00:00:01.0 2\n",
+        data,
+    );
+}
+
+/// Accelerometers: the first byte chooses between Klipper and RepRapFirmware.
+pub fn accelerometer(data: &[u8]) {
+    let start = match data.first().unwrap_or(&0) & 8 {
+        0 => "#time,accel_x,accel_y\n",
+        _ => "Sample,X,Y\n",
+    };
+    begun(start, data);
+}
+
+/// Any other table.
+pub fn table(data: &[u8]) {
+    begun("t_s,motor_mm,load_mm,current_a\n", data);
+}
