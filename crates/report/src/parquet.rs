@@ -5,7 +5,7 @@
 //! `STRING`. A number that is not finite is null. Rows are grouped so that memory does not grow with
 //! the run; nothing is compressed.
 
-use crate::csv::{Cells, Column, ColumnKind, ContourWriter, MotorWriter};
+use crate::csv::{ColumnKind, ContourWriter, MotorWriter, TableCells, TableColumn};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -47,7 +47,7 @@ enum Waiting {
 pub struct Columns<W: Write + Send> {
     writer: SerializedFileWriter<W>,
     waiting: Vec<Waiting>,
-    /// Column of the next cell.
+    /// TableColumn of the next cell.
     next: usize,
     rows: usize,
 }
@@ -71,7 +71,7 @@ fn unwritten(error: ParquetError) -> io::Error {
     }
 }
 
-fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
+fn field(column: &TableColumn) -> Result<Arc<Type>, ParquetError> {
     let (physical, converted, repetition) = match column.kind {
         ColumnKind::Text => (
             Physical::BYTE_ARRAY,
@@ -134,10 +134,10 @@ impl<W: Write + Send> Columns<W> {
     }
 }
 
-impl<W: Write + Send> Cells for Columns<W> {
+impl<W: Write + Send> TableCells for Columns<W> {
     type Out = W;
 
-    fn start(out: W, columns: &[Column]) -> io::Result<Columns<W>> {
+    fn start(out: W, columns: &[TableColumn]) -> io::Result<Columns<W>> {
         let fields: Result<Vec<_>, _> = columns.iter().map(field).collect();
         let schema = fields.and_then(|fields| {
             Type::group_type_builder("trace")

@@ -13,6 +13,6 @@ mod trace;
 
 pub use motion::{AxisTraceWriter, PlanWriter};
 pub use results::{BlockWriter, ReversalWriter, TimeWriter};
-pub use rows::{Cells, Column, ColumnKind, Rows};
+pub use rows::{ColumnKind, Rows, TableCells, TableColumn};
 pub use setpoints::{SetpointReader, SetpointSource};
 pub use trace::{ContourWriter, MotorWriter, TraceRange};

@@ -26,17 +26,17 @@ pub enum ColumnKind {
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct TableColumn {
     /// Its name, with the unit.
     pub name: String,
     /// What stands in it.
     pub kind: ColumnKind,
 }
 
-impl Column {
+impl TableColumn {
     /// A column.
-    pub fn new(name: impl Into<String>, kind: ColumnKind) -> Column {
-        Column {
+    pub fn new(name: impl Into<String>, kind: ColumnKind) -> TableColumn {
+        TableColumn {
             name: name.into(),
             kind,
         }
@@ -45,13 +45,13 @@ impl Column {
 
 /// A table that takes its rows cell by cell, whatever its form. Private to this crate: cells have to
 /// come in the order of the columns.
-pub trait Cells: Sized {
+pub trait TableCells: Sized {
     /// What it writes to.
     type Out;
 
     /// Starts a table with these columns.
     #[doc(hidden)]
-    fn start(out: Self::Out, columns: &[Column]) -> io::Result<Self>;
+    fn start(out: Self::Out, columns: &[TableColumn]) -> io::Result<Self>;
     #[doc(hidden)]
     fn text(&mut self, text: &str);
     #[doc(hidden)]
@@ -65,10 +65,10 @@ pub trait Cells: Sized {
     fn finish(self) -> io::Result<Self::Out>;
 }
 
-impl<W: Write> Cells for Rows<W> {
+impl<W: Write> TableCells for Rows<W> {
     type Out = W;
 
-    fn start(out: W, columns: &[Column]) -> io::Result<Rows<W>> {
+    fn start(out: W, columns: &[TableColumn]) -> io::Result<Rows<W>> {
         Rows::new(out, columns.iter().map(|column| column.name.as_str()))
     }
 
@@ -93,7 +93,7 @@ impl<W: Write> Cells for Rows<W> {
     }
 }
 
-/// Builds rows cell by cell. Cells after the first of a row get their comma.
+/// Builds rows cell by cell. TableCells after the first of a row get their comma.
 #[derive(Debug)]
 pub struct Rows<W> {
     out: W,

@@ -1,6 +1,6 @@
 //! Traces: what is known of a run at servo ticks.
 
-use super::rows::{Cells, Column, ColumnKind, ERROR_DECIMALS, Rows};
+use super::rows::{ColumnKind, ERROR_DECIMALS, Rows, TableCells, TableColumn};
 use lostmotion_sim::{ContourPoint, MotorPoint};
 use std::io::{self, Write};
 
@@ -127,7 +127,7 @@ impl<T: Clone> Thinned<T> {
 }
 
 /// Columns of [`ContourWriter`].
-fn contour_columns() -> Vec<Column> {
+fn contour_columns() -> Vec<TableColumn> {
     use ColumnKind::{Integer, Number, Text};
     let columns = [
         ("method", Text),
@@ -151,7 +151,9 @@ fn contour_columns() -> Vec<Column> {
         ("tool_z_mm", Number),
         ("moving", Integer),
     ];
-    columns.map(|(name, kind)| Column::new(name, kind)).to_vec()
+    columns
+        .map(|(name, kind)| TableColumn::new(name, kind))
+        .to_vec()
 }
 
 /// Writes the fields of [`ContourPoint`] with the method's name before them. Peaks of a group are
@@ -172,7 +174,7 @@ impl<W: Write> ContourWriter<Rows<W>> {
     }
 }
 
-impl<T: Cells> ContourWriter<T> {
+impl<T: TableCells> ContourWriter<T> {
     /// Starts the table in its form.
     ///
     /// # Errors
@@ -216,7 +218,7 @@ impl<T: Cells> ContourWriter<T> {
     }
 }
 
-fn contour_row(rows: &mut impl Cells, method: &str, point: &ContourPoint) -> io::Result<()> {
+fn contour_row(rows: &mut impl TableCells, method: &str, point: &ContourPoint) -> io::Result<()> {
     rows.text(method);
     rows.number(point.time_s, 6);
     for coordinate in point.foot_mm {
@@ -245,7 +247,7 @@ fn contour_row(rows: &mut impl Cells, method: &str, point: &ContourPoint) -> io:
 /// case (`y2` is the second motor of a gantry's Y), `x_reference_<u>`, `x_motor_<u>`, `x_load_<u>`,
 /// `x_current_a`, `x_torque_nm`, `x_engagement` (-1, 0, 1). Peaks of a group are those of the largest
 /// following error and of the largest current.
-pub struct MotorWriter<T: Cells> {
+pub struct MotorWriter<T: TableCells> {
     /// Until the first tick tells which motors there are.
     out: Option<T::Out>,
     rows: Option<T>,
@@ -259,7 +261,7 @@ impl<W: Write> MotorWriter<Rows<W>> {
     }
 }
 
-impl<T: Cells> MotorWriter<T> {
+impl<T: TableCells> MotorWriter<T> {
     /// The same in its form.
     pub const fn start(out: T::Out, range: TraceRange) -> MotorWriter<T> {
         MotorWriter {
@@ -309,12 +311,12 @@ impl<T: Cells> MotorWriter<T> {
                 if point.second { "2" } else { "" }
             );
             let unit = point.unit.symbol();
-            let number = |name| Column::new(name, ColumnKind::Number);
+            let number = |name| TableColumn::new(name, ColumnKind::Number);
             let positions = ["reference", "motor", "load"];
             columns.extend(positions.map(|what| number(format!("{motor}_{what}_{unit}"))));
             columns
                 .extend(["current_a", "torque_nm"].map(|what| number(format!("{motor}_{what}"))));
-            columns.push(Column::new(
+            columns.push(TableColumn::new(
                 format!("{motor}_engagement"),
                 ColumnKind::Integer,
             ));
@@ -341,14 +343,18 @@ impl<T: Cells> MotorWriter<T> {
 }
 
 /// Columns before those of motors.
-fn first_columns() -> Vec<Column> {
+fn first_columns() -> Vec<TableColumn> {
     vec![
-        Column::new("method", ColumnKind::Text),
-        Column::new("t_s", ColumnKind::Number),
+        TableColumn::new("method", ColumnKind::Text),
+        TableColumn::new("t_s", ColumnKind::Number),
     ]
 }
 
-fn motor_row(rows: Option<&mut impl Cells>, method: &str, tick: &[MotorPoint]) -> io::Result<()> {
+fn motor_row(
+    rows: Option<&mut impl TableCells>,
+    method: &str,
+    tick: &[MotorPoint],
+) -> io::Result<()> {
     let (Some(rows), Some(first)) = (rows, tick.first()) else {
         return Ok(());
     };

@@ -16,7 +16,7 @@ const LEVEL_DEG: [f64; 2] = [15.0, 30.0];
 
 /// What a sheet says of a circle. The axes are those of its plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Sheet {
+pub(super) struct BallbarSheet {
     /// How far the path leaves the band between what it would be with the offsets of before and of
     /// behind a reversal of each axis, um.
     pub(super) spike_um: [f64; 2],
@@ -39,9 +39,9 @@ pub(super) struct BothSenses {
 }
 
 /// The sheet of a circle among all of a method.
-pub(super) fn sheet(circle: &FullCircle, all: &[FullCircle]) -> Sheet {
+pub(super) fn sheet(circle: &FullCircle, all: &[FullCircle]) -> BallbarSheet {
     let own = middles(circle);
-    let mut sheet = Sheet::default();
+    let mut sheet = BallbarSheet::default();
     for axis in 0..2 {
         // The first axis reverses where the second is at its middle, and the other way round.
         for side in [0.0, 180.0] {

@@ -77,7 +77,7 @@ pub(super) fn path(path: &Path, shown: Shown<'_>, frame: Frame) -> Vec<Drawing> 
             .iter()
             .map(|level| {
                 let marks = shown.marks.iter().filter(|mark| level.has(mark, &levels));
-                let sheet = Sheet::new(path, level, plane, frame, least_px);
+                let sheet = LevelSheet::new(path, level, plane, frame, least_px);
                 sheet.draw(peaks, shown.tolerance_um, marks)
             })
             .collect();
@@ -251,7 +251,7 @@ impl Strokes {
 }
 
 /// A level on paper: how mm become px, and how fine it is drawn.
-struct Sheet<'a> {
+struct LevelSheet<'a> {
     path: &'a Path,
     level: &'a Level,
     plane: Plane,
@@ -266,14 +266,14 @@ struct Sheet<'a> {
     height_px: f64,
 }
 
-impl Sheet<'_> {
+impl LevelSheet<'_> {
     fn new<'a>(
         path: &'a Path,
         level: &'a Level,
         plane: Plane,
         frame: Frame,
         least_px: f64,
-    ) -> Sheet<'a> {
+    ) -> LevelSheet<'a> {
         let at = |index: usize| {
             let place = path.stretches.get(index).map_or([0.0; 3], |s| s.from_mm);
             plane.project(place.map(f64::from))
@@ -291,7 +291,7 @@ impl Sheet<'_> {
         let span = (x[1] - x[0]).max(y[1] - y[0]).max(1e-6);
         let wide_mm = (x[1] - x[0]).max(0.4 * span);
         let px_per_mm = ((frame.width - 2.0 * MARGIN) / wide_mm).min(1.1 * frame.width / span);
-        Sheet {
+        LevelSheet {
             path,
             level,
             plane,

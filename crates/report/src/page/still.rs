@@ -35,7 +35,7 @@ const STYLE: &str = "text{fill:#52606d;font-size:19px}.title{fill:#17202a;font-s
 pub fn still(run: &Run, record: &Gathered) -> String {
     // Where none is recommended the first is shown.
     let main = run.deciding_index().unwrap_or(0);
-    let mut sheet = Sheet::default();
+    let mut sheet = StillSheet::default();
     let title = format!("{} on {}", file_name(&run.program.name), run.machine);
     sheet.y += 0.3 * LINE;
     sheet.text("title", &title, 26.0);
@@ -92,7 +92,7 @@ pub fn still(run: &Run, record: &Gathered) -> String {
 }
 
 /// Inside or outside, by how much, where and why.
-fn verdict(sheet: &mut Sheet, run: &Run, result: &MethodResult) {
+fn verdict(sheet: &mut StillSheet, run: &Run, result: &MethodResult) {
     let tolerance = plain(run.tolerance_um);
     let (class, word) = match (&result.stop, result.within_tolerance) {
         (Some(stop), _) => ("bad", format!("the machine stops {}", stop_place(stop))),
@@ -128,7 +128,7 @@ fn verdict(sheet: &mut Sheet, run: &Run, result: &MethodResult) {
 }
 
 /// The colours with the errors at which they change.
-fn legend(sheet: &mut Sheet, tolerance_um: f64) {
+fn legend(sheet: &mut StillSheet, tolerance_um: f64) {
     sheet.y += 0.4 * LINE;
     sheet.text(
         "",
@@ -158,7 +158,7 @@ fn legend(sheet: &mut Sheet, tolerance_um: f64) {
 }
 
 /// The methods above their columns.
-fn heads(sheet: &mut Sheet, run: &Run, shown: &[usize], half: f64) {
+fn heads(sheet: &mut StillSheet, run: &Run, shown: &[usize], half: f64) {
     sheet.y += 0.8 * FONT;
     for (column, method) in shown.iter().enumerate() {
         let Some(result) = run.results.get(*method) else {
@@ -176,7 +176,7 @@ fn heads(sheet: &mut Sheet, run: &Run, shown: &[usize], half: f64) {
 }
 
 /// The worst places of the method that decides, enlarged.
-fn worst(sheet: &mut Sheet, run: &Run, record: &Gathered, main: usize) {
+fn worst(sheet: &mut StillSheet, run: &Run, record: &Gathered, main: usize) {
     let (Some(result), Some(watched)) = (run.results.get(main), record.methods.get(main)) else {
         return;
     };
@@ -229,13 +229,13 @@ fn worst(sheet: &mut Sheet, run: &Run, record: &Gathered, main: usize) {
 
 /// A picture that grows downwards.
 #[derive(Default)]
-struct Sheet {
+struct StillSheet {
     body: String,
     /// Where the next element begins, px.
     y: f64,
 }
 
-impl Sheet {
+impl StillSheet {
     /// A line of text.
     fn text(&mut self, class: &str, text: &str, size: f64) {
         self.y += 1.35 * size;

@@ -17,7 +17,7 @@ use lostmotion::report::number::{error, plain};
 use lostmotion::sim::results::{BlockResult, Run};
 use lostmotion::sim::{Machine, Observer, Program, Progress, SimulateOptions, Simulation};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
-use place::{Text, path_of};
+use place::{OpenText, path_of};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::ControlFlow;
@@ -51,7 +51,7 @@ const VOICE: Voice = Voice {
 #[derive(Default)]
 struct Document {
     version: i64,
-    text: Text,
+    text: OpenText,
     /// What a run of this very text found.
     ran: Option<Ran>,
     /// Whether one is under way.
@@ -72,7 +72,7 @@ type Documents = Arc<Mutex<HashMap<String, Document>>>;
 
 /// What the editor's requests and a run's thread share.
 #[derive(Clone)]
-struct Server {
+struct LanguageServer {
     args: Arc<Lsp>,
     machine: Machine,
     documents: Documents,
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Lsp) -> Result<u8, Failure> {
     connection.initialize_finish(id, answer).map_err(failed)?;
     let wants = |path: &str| params.pointer(path) == Some(&Value::Bool(true));
     let connection = Arc::new(connection);
-    let server = Server {
+    let server = LanguageServer {
         args: Arc::new(args.clone()),
         machine,
         documents: Documents::default(),
@@ -136,7 +136,7 @@ pub(crate) fn run(args: &Lsp) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-impl Server {
+impl LanguageServer {
     fn documents(&self) -> MutexGuard<'_, HashMap<String, Document>> {
         self.documents
             .lock()
@@ -197,7 +197,7 @@ impl Server {
             .and_then(Value::as_i64);
         let document = Document {
             version: version.unwrap_or(0),
-            text: Text::new(text.to_owned()),
+            text: OpenText::new(text.to_owned()),
             ..Document::default()
         };
         // What a run has found is of another text now.
@@ -396,7 +396,7 @@ impl Server {
         };
         let options = self.args.setup.options(path, &self.machine, options)?;
         let tolerance_um = self.machine.simulate().tolerance_um;
-        let mut watch = Watch {
+        let mut watch = RunWatch {
             documents: Arc::clone(&self.documents),
             uri: uri.to_owned(),
             version,
@@ -468,7 +468,7 @@ impl Server {
 }
 
 /// Gathers the worst error of every line, and ends a run whose text has changed.
-struct Watch {
+struct RunWatch {
     documents: Documents,
     uri: String,
     version: i64,
@@ -476,7 +476,7 @@ struct Watch {
     blocks: BlockRecorder,
 }
 
-impl Observer for Watch {
+impl Observer for RunWatch {
     fn progress(&mut self, _: Progress) -> ControlFlow<()> {
         let documents = self
             .documents
@@ -526,7 +526,7 @@ fn title(run: &Run) -> String {
 }
 
 /// A finding as the protocol has it. One in a file of subroutines stands at the first line.
-fn diagnostic(finding: &Finding, text: &Text) -> Value {
+fn diagnostic(finding: &Finding, text: &OpenText) -> Value {
     let span = finding.span;
     let (range, place) = if span.file == 0 {
         (text.range(span.line, span.column, span.len), String::new())

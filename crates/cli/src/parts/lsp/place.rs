@@ -32,18 +32,18 @@ pub(super) fn path_of(uri: &str) -> Option<PathBuf> {
 
 /// A text with the beginnings of its lines.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Text {
+pub(super) struct OpenText {
     pub(super) text: String,
     starts: Vec<usize>,
 }
 
-impl Text {
-    pub(super) fn new(text: String) -> Text {
+impl OpenText {
+    pub(super) fn new(text: String) -> OpenText {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0)
             .chain(ends.map(|(at, _)| at + 1))
             .collect();
-        Text { text, starts }
+        OpenText { text, starts }
     }
 
     /// Number of lines; the last one may be empty.
@@ -120,7 +120,7 @@ mod tests {
     /// Columns count bytes in findings and units of UTF-16 in the protocol.
     #[test]
     fn places_are_counted_in_utf16() {
-        let text = Text::new("G1 (\u{e4}\u{1f600}) X1\r\nX2".to_owned());
+        let text = OpenText::new("G1 (\u{e4}\u{1f600}) X1\r\nX2".to_owned());
         let word = "G1 (\u{e4}\u{1f600}) ".len() as u32 + 1;
         assert_eq!(
             text.range(1, word, 2),

@@ -18,12 +18,14 @@ const view = (() => {
     void main() { if (tint.a < 0.02) discard; shown = vec4(tint.rgb, 1.0); shown.a = tint.a; }`);
   const uniform = (name) => gl.getUniformLocation(program, name);
   const uniforms = { turn: uniform("turn"), last: uniform("last"), dim: uniform("dim") };
-  const cut = batch(), fast = batch(), vectors = batch(), marks = batch(); // lines each
+  const cut = batch(), coarse = batch(), fast = batch(), vectors = batch(), marks = batch(); // lines each
   const center = [0, 1, 2].map((k) => 0.5 * (path.low[k] + path.high[k]));
   const size = Math.max(Math.hypot(...[0, 1, 2].map((k) => path.high[k] - path.low[k])), 1e-3);
   const flat = path.high[2] - path.low[2] < 1e-6;
   const eye = { yaw: 0, pitch: 0, zoom: 1, center: center.slice() };
-  let wanted = false, pulse = 0;
+  // Segments that are drawn while the view moves: what a processor alone draws in time.
+  const MOVING = 4000;
+  let wanted = false, pulse = 0, moving = false, rest = 0;
 
   function link(vertex, fragment) {
     const made = gl.createProgram();
@@ -83,9 +85,37 @@ const view = (() => {
         k++;
       }
       fill(made, at, color, index);
+      if (!rapid) coarsen(count, of);
     }
     arrows();
     legend();
+    draw();
+  }
+  // Of so many stretches next to each other one line, in the colour of the largest error on them.
+  function coarsen(count, of) {
+    const step = Math.ceil(count / MOVING), n = path.n - 1, error = path.error[chosen.method];
+    const most = 2 * MOVING + 2, at = new Float32Array(6 * most), color = new Uint8Array(6 * most), index = new Float32Array(2 * most);
+    const cuts = (i) => !(path.kind[i] & 1) && !(path.kind[i + 1] & 2) && parts.shown(i);
+    let k = 0;
+    for (let i = 0; step > 1 && i < n && k < most; i++) {
+      if (!cuts(i)) continue;
+      let end = i, worst = i;
+      while (end + 1 < n && end + 1 - i < step && cuts(end + 1)) if (Math.abs(error[++end]) > Math.abs(error[worst])) worst = end;
+      at.set(path.at.subarray(3 * i, 3 * i + 3), 6 * k);
+      at.set(path.at.subarray(3 * end + 3, 3 * end + 6), 6 * k + 3);
+      const c = of(worst);
+      for (let j = 0; j < 6; j++) color[6 * k + j] = 255 * c[j % 3];
+      index[2 * k] = index[2 * k + 1] = i;
+      k++;
+      i = end;
+    }
+    fill(coarse, at.subarray(0, 6 * k), color.subarray(0, 6 * k), index.subarray(0, 2 * k));
+  }
+  // Drawn coarsely until it has rested for a moment.
+  function moves() {
+    moving = coarse.count > 0;
+    clearTimeout(rest);
+    rest = setTimeout(() => { moving = false; draw(); }, 200);
     draw();
   }
   // The tool's path: each place of the path moved by its error, magnified.
@@ -185,8 +215,11 @@ const view = (() => {
     // A line is one pixel wide in WebGL: drawn a few times next to itself it is seen better.
     const wide = path.n < 200000 ? [[0, 0], [0.7, 0], [0, 0.7], [-0.7, 0], [0, -0.7]] : [[0, 0]];
     if ($("rapids").checked) show(fast, gl.LINES, 0, 0, last);
-    for (const [dx, dy] of wide) show(cut, gl.LINES, dx, dy, last);
-    show(vectors, gl.LINES, 0, 0, last);
+    if (moving) show(coarse, gl.LINES, 0, 0, last);
+    else {
+      for (const [dx, dy] of wide) show(cut, gl.LINES, dx, dy, last);
+      show(vectors, gl.LINES, 0, 0, last);
+    }
     const tool = toolAt(chosen.time), ink = rgb(colors.ink).map((c) => 255 * c);
     const arm = 9 / (0.5 * Math.min(canvas.clientWidth, canvas.clientHeight) * 1.9 * eye.zoom / eye.span), at = [];
     for (let k = 0; k < 3; k++) for (const s of [-arm, arm]) at.push(...tool.map((c, j) => j === k ? c + s : c));
@@ -240,14 +273,14 @@ const view = (() => {
     const { rows, by } = matrix();
     const u = 2 * dx / canvas.clientWidth / by[0], v = -2 * dy / canvas.clientHeight / by[1];
     for (let k = 0; k < 3; k++) eye.center[k] -= u * rows[0][k] + v * rows[1][k];
-    draw();
+    moves();
   }
   function turn(dx, dy) {
     eye.yaw += dx * 0.008;
     eye.pitch = Math.min(Math.max(eye.pitch + dy * 0.008, -Math.PI), Math.PI);
-    draw();
+    moves();
   }
-  function zoom(by) { eye.zoom = Math.min(Math.max(eye.zoom * by, 0.1), 1e5); draw(); }
+  function zoom(by) { eye.zoom = Math.min(Math.max(eye.zoom * by, 0.1), 1e5); moves(); }
   // The stretch that is drawn nearest to a place of the canvas.
   function pick(x, y) {
     let best = -1, least = 14 * 14;
@@ -321,5 +354,5 @@ const view = (() => {
   new ResizeObserver(draw).observe(canvas);
   const frames = () => pulse, drawnLines = () => cut.count / 2;
   // A flat part is looked at from above, others a little from the side.
-  return { lines, draw, paint, fly, fit, look, eye, frames, drawnLines, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
+  return { lines, draw, paint, turn, fly, fit, look, eye, frames, drawnLines, project, start: () => look(flat ? 0 : -0.5, flat ? 0 : 0.9) };
 })();
