@@ -364,7 +364,7 @@ impl Scales {
     }
 
     fn body_findings(&self, body: &RigidBody, axis: &AxisConfig) -> Vec<Finding> {
-        if !self.has_force() {
+        if !self.has_force() || !body.is_one_body() {
             return Vec::new();
         }
         let r = self.per_rad;

@@ -128,7 +128,7 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         ],
         reversals,
         rms: found.rms,
-        is_step: alone || !along.is_told(),
+        is_step: alone || along.interval[0] <= 0.0,
     })
 }
 
