@@ -2,10 +2,11 @@
 
 use crate::condition::Judge;
 use crate::corner::usual_overlap_s;
-use crate::demand::{Demand, Direction};
-use crate::intervals::demands;
+use crate::demand::{Demand, Direction, Interval};
+use crate::intervals::{Intervals, demands};
 use crate::machine::{Machine, NO_LIMIT};
-use crate::piece::{Piece, Programmed, Soft};
+use crate::piece::{PathStep, Piece, Programmed, Soft};
+use crate::profile::{Node, duration_s, ideal};
 use crate::soft;
 use lostmotion_base::Coords;
 use lostmotion_kinematics::{JointMap, Kinematics};
@@ -76,6 +77,39 @@ impl Judge for TimeJudge<'_> {
         // A stretch gives at most half of its time to an overlap.
         let shorter = before.length.min(next.length) / speed + speed / acceleration + window;
         saved > own + self.overlap_s(before, next, tolerance, window, 0.5 * shorter)
+    }
+
+    fn time_s(&self, steps: &[PathStep]) -> f64 {
+        let mut builder = Intervals::new(self.machine.longest_window_s());
+        let (mut time, mut from) = (0.0, f64::INFINITY);
+        let mut stretch = |builder: &mut Intervals, intervals: &mut Vec<Interval>| {
+            builder.finish(intervals);
+            if let (Some(first), Some(last)) = (intervals.first(), intervals.last()) {
+                let start = first.cap.min(from);
+                let (start, end) = (Node::new(0.0, start * start), Node::new(last.end, 0.0));
+                time += duration_s(&ideal(self.machine, intervals, start, end))
+                    + self.machine.longest_window_s();
+            }
+            from = 0.0;
+            intervals.clear();
+        };
+        let mut intervals = Vec::new();
+        for step in steps {
+            match step {
+                PathStep::Piece(piece) => {
+                    // A pose that the machine cannot take is told where the path is planned.
+                    if builder
+                        .push(piece, self.machine, self.kinematics, &mut intervals)
+                        .is_err()
+                    {
+                        return f64::INFINITY;
+                    }
+                }
+                PathStep::Stop(_) => stretch(&mut builder, &mut intervals),
+            }
+        }
+        stretch(&mut builder, &mut intervals);
+        time
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {

@@ -1,0 +1,102 @@
+//! Scratch: times of the cases that matter.
+#![allow(clippy::unwrap_used, clippy::all, missing_docs)]
+#[path = "../tests/it/common/mod.rs"]
+mod common;
+use common::generate::Dice;
+use common::*;
+use lostmotion_base::{Coords, math};
+use lostmotion_plan::PlanItem;
+use std::time::Instant;
+
+fn circle(r: f64, n: usize, turns: f64, p: f64, digits: Option<f64>) -> Program {
+    let mut program = Program::new(continuous(p), 100.0);
+    let steps = (n as f64 * turns) as usize;
+    for k in 1..=steps {
+        let a = std::f64::consts::TAU * k as f64 / n as f64;
+        let (x, y) = (r * math::sin(a), r * (1.0 - math::cos(a)));
+        let q = |v: f64| digits.map_or(v, |d| (v / d).round() * d);
+        program.line(q(x), q(y), 0.0);
+    }
+    program
+}
+fn zigzag(l: f64, turn: f64, n: usize, p: f64) -> Program {
+    let mut program = Program::new(continuous(p), 100.0);
+    let a = turn.to_radians() / 2.0;
+    let (mut x, mut y) = (0.0, 0.0);
+    for k in 0..n {
+        x += l * math::cos(a);
+        y += l * math::sin(a) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        program.line(x, y, 0.0);
+    }
+    program
+}
+fn polygon(l: f64, turn: f64, n: usize, p: f64) -> Program {
+    let mut program = Program::new(continuous(p), 100.0);
+    let (mut x, mut y, mut a) = (0.0, 0.0, 0.0);
+    for _ in 0..n {
+        x += l * math::cos(a);
+        y += l * math::sin(a);
+        a += turn.to_radians();
+        program.line(x, y, 0.0);
+    }
+    program
+}
+fn corner(l: f64, turn: f64, p: f64) -> Program {
+    let mut program = Program::new(continuous(p), 100.0);
+    let a = turn.to_radians();
+    program.line(l, 0.0, 0.0);
+    program.line(l + l * math::cos(a), l * math::sin(a), 0.0);
+    program
+}
+fn scallops(p: f64) -> Program {
+    let mut program = Program::new(continuous(p), 100.0);
+    for _ in 0..10 {
+        program.arc(2.5, 0.0, -std::f64::consts::PI);
+    }
+    program
+}
+fn sine(noise: f64, step: f64) -> Program {
+    let (mut dice, mut program) = (Dice::seeded(7), Program::new(continuous(0.01), 100.0));
+    for i in 1..=(120.0 / step) as usize {
+        let x = step * i as f64;
+        program.line(x, 0.0, 2.0 * math::sin(0.314 * x) + noise * dice.between(-1.0, 1.0));
+    }
+    program
+}
+fn main() {
+    let filter = std::env::args().nth(1).unwrap_or_default();
+    let mut cases: Vec<(String, Program)> = Vec::new();
+    for (r, n) in [(5.0, 79), (5.0, 70), (5.0, 55), (5.0, 50), (2.0, 45), (20.0, 140), (20.0, 100)] {
+        let sag = r * (1.0 - math::cos(std::f64::consts::PI / n as f64)) / 0.01;
+        cases.push((format!("chords R{r} n{n} sag/P {sag:.2}"), circle(r, n, 3.0, 0.01, None)));
+    }
+    for (step, digits) in [(0.1, 1e-3), (0.02, 1e-3), (0.01, 1e-3), (0.005, 1e-3), (0.005, 2.54e-3)] {
+        let n = (20.0 * std::f64::consts::TAU / step) as usize;
+        cases.push((format!("dense R20 step {step} digits {digits}"), circle(20.0, n, 1.0, 0.01, Some(digits))));
+    }
+    for turn in [6.0, 10.0, 20.0, 30.0] {
+        cases.push((format!("zigzag 2 mm {turn}"), zigzag(2.0, turn, 60, 0.01)));
+    }
+    for (l, turn) in [(0.2, 5.0), (0.5, 5.0), (0.5, 10.0), (1.0, 5.0), (1.0, 10.0), (2.0, 5.0), (2.0, 10.0), (5.0, 5.0), (5.0, 10.0)] {
+        cases.push((format!("polygon {l} mm {turn}"), polygon(l, turn, 72, 0.01)));
+    }
+    for (turn, p) in [(10.0, 0.01), (30.0, 0.01), (60.0, 0.01), (10.0, 0.1), (30.0, 0.1), (60.0, 0.1), (30.0, 0.5), (60.0, 0.5), (120.0, 0.5)] {
+        cases.push((format!("corner {turn} P {p}"), corner(5.0, turn, p)));
+    }
+    cases.push(("scallops".into(), scallops(0.01)));
+    for (noise, step) in [(0.0, 0.2), (0.005, 0.2), (0.0, 0.05), (0.002, 0.05)] {
+        cases.push((format!("sine noise {noise} step {step}"), sine(noise, step)));
+    }
+    for (name, program) in cases.into_iter().filter(|(name, _)| name.contains(&filter)) {
+        let begin = Instant::now();
+        let samples = run(three_axes(), cartesian(), Coords::ZERO, program.moves.iter().map(|m| PlanItem::Move(*m)));
+        let spent = begin.elapsed().as_secs_f64();
+        let mut over = 0.0_f64;
+        for joint in 0..3 {
+            let [v, a, j] = peaks(&samples, joint);
+            over = over.max(v / 100.0).max(a / 1000.0).max(j / 30000.0);
+        }
+        let dev = deviation(&samples, &program.moves);
+        println!("{name:36} {:8.3} s  used {over:.4}  off {:.2} um  moves {} spent {:.2} us/move", (samples.len() - 1) as f64 * 1e-3, dev * 1e3, program.moves.len(), spent * 1e6 / program.moves.len() as f64);
+    }
+}
