@@ -107,7 +107,7 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
 }
 
 /// Most that the lines of a section turn where they meet, degrees.
-const BEND_DEG: f64 = 30.0;
+const BEND_DEG: f64 = 60.1;
 /// How far from a corner a curve leaves its lines, in units of the tolerance over the angle.
 /// Measured.
 const BEND_REACH: f64 = 30.0;
@@ -124,7 +124,22 @@ pub(super) fn bends(config: &PlannerConfig, before: &Programmed, next: &Programm
         && merged(next)
         && before.tool_mm == next.tool_mm
         && [before, next].iter().all(|line| is_linear(line))
-        && turn(before, next) <= rad(BEND_DEG)
+        && is_gentle(config, before, next)
+}
+
+/// Whether lines turn little where they meet, or for no longer than the tolerance.
+fn is_gentle(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
+    let turn = turn(before, next);
+    let short = before.length.min(next.length);
+    turn <= rad(BEND_DEG) || turn * short <= tolerance(config, before, next)
+}
+
+/// The lesser tolerance of two moves.
+fn tolerance(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> f64 {
+    [before, next]
+        .iter()
+        .filter_map(|line| merge_tolerance(config, line.control))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a line moves X Y Z and nothing else.
@@ -142,11 +157,7 @@ fn turn(before: &Programmed, next: &Programmed) -> f64 {
 
 /// How far from where two lines meet a curve leaves them.
 pub(super) fn bent(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> f64 {
-    let tolerance = [before, next]
-        .iter()
-        .filter_map(|line| merge_tolerance(config, line.control))
-        .fold(f64::INFINITY, f64::min);
-    BEND_REACH * tolerance / turn(before, next).max(f64::MIN_POSITIVE)
+    BEND_REACH * tolerance(config, before, next) / turn(before, next).max(f64::MIN_POSITIVE)
 }
 
 /// Whether a line is so long that its middle stays as it is.

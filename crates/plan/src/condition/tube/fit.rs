@@ -29,7 +29,7 @@ pub(super) struct Site {
     pub(super) basis: [f64; ORDER],
     pub(super) place: Vec3,
     pub(super) radius: f64,
-    multiplier: f64,
+    pub(super) multiplier: f64,
     slack: f64,
 }
 
@@ -44,6 +44,26 @@ impl Site {
             radius,
             multiplier: 0.0,
             slack: 0.0,
+        }
+    }
+
+    /// One more, given the multiplier that it begins with.
+    pub(super) fn between(
+        breaks: &Breaks,
+        interval: usize,
+        w: f64,
+        place: Vec3,
+        radius: f64,
+        multiplier: f64,
+    ) -> Site {
+        Site {
+            w,
+            interval,
+            basis: breaks.basis(interval, w),
+            place,
+            radius,
+            multiplier,
+            slack: 0.05 * radius * radius,
         }
     }
 
@@ -119,7 +139,7 @@ impl Problem<'_> {
         let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
         let mut step = vec![[0.0; 3]; coefficients.len()];
         let mut offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
-        for _ in 0..MAX_STEPS {
+        for nr in 0..MAX_STEPS {
             let mean = sites
                 .iter()
                 .map(|site| site.multiplier * site.slack)
@@ -131,6 +151,7 @@ impl Problem<'_> {
             });
             let residual = residual.fold(0.0, f64::max);
             if mean * sites.len() as f64 <= GAP_PART * bending && residual <= SLACK_RESIDUAL {
+                if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("   steps {nr}"); }
                 return true;
             }
             let target = CENTERING * mean;

@@ -24,7 +24,7 @@ const AIMED_PART: f64 = 0.985;
 /// Part of the tolerance that is proven. The chord between two samples takes the rest.
 const PROVEN_PART: f64 = 0.998;
 /// How often the tube is narrowed where the curve leaves it between its sites.
-const MAX_NARROWINGS: usize = 6;
+const MAX_NARROWINGS: usize = 8;
 /// Sites within each interval.
 const SITES: usize = 3;
 
@@ -76,7 +76,8 @@ pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
         weights: &weights,
     };
     for _ in 0..MAX_NARROWINGS {
-        let _ = problem.solve(&mut coefficients, &mut sites);
+        let good = problem.solve(&mut coefficients, &mut sites);
+        if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("solved {good} breaks {} sites {}", breaks.0.len(), sites.len()); }
         let knots = knots(&breaks, &coefficients);
         if narrow(way, &breaks, &knots, &mut sites) {
             return pieces(way, &breaks, &knots);
@@ -146,8 +147,10 @@ fn knots(breaks: &Breaks, coefficients: &[Vec3]) -> Vec<Knot> {
 }
 
 /// Narrows the tube where the curve leaves it; returns whether it nowhere does.
-fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut [Site]) -> bool {
+fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>) -> bool {
     let mut excess = vec![0.0_f64; breaks.intervals()];
+    // The vertex that is farthest from each interval.
+    let mut missed = vec![(0.0_f64, 0); breaks.intervals()];
     let mut line = 0;
     let mut inside = true;
     for (k, pair) in knots.windows(2).enumerate() {
@@ -189,7 +192,11 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut [Site]) ->
             let mut part = most / tolerance;
             if to < b || way.end_of(line) <= b {
                 // A vertex is passed within the tolerance, too.
-                part = part.max(norm(sub(right[0], way.vertex(line + 1))) / way.vertex_tolerance(line + 1));
+                let off = norm(sub(right[0], way.vertex(line + 1))) / way.vertex_tolerance(line + 1);
+                part = part.max(off);
+                if off > missed[k].0 {
+                    missed[k] = (off, line + 1);
+                }
             }
             excess[k] = excess[k].max(part);
             inside &= part <= PROVEN_PART;
@@ -205,7 +212,18 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut [Site]) ->
             line += 1;
         }
     }
+    if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("   excess {:.4}", excess.iter().copied().fold(0.0, f64::max)); }
     if !inside {
+        let multiplier = sites.iter().map(|site| site.multiplier).sum::<f64>() / sites.len() as f64;
+        for (k, (off, vertex)) in missed.into_iter().enumerate() {
+            let w = way.end_of(vertex.max(1) - 1);
+            let known = |site: &Site| site.w == w && site.place == way.vertex(vertex);
+            if off > PROVEN_PART && off >= excess[k] && !sites.iter().any(known) {
+                let radius = AIMED_PART * way.vertex_tolerance(vertex);
+                sites.push(Site::between(breaks, k, w, way.vertex(vertex), radius, multiplier));
+                excess[k] = 0.0;
+            }
+        }
         for site in sites.iter_mut() {
             let most = excess[site.interval];
             if most > PROVEN_PART {
