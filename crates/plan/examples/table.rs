@@ -87,6 +87,26 @@ fn main() {
     for (noise, step) in [(0.0, 0.2), (0.005, 0.2), (0.0, 0.05), (0.002, 0.05)] {
         cases.push((format!("sine noise {noise} step {step}"), sine(noise, step)));
     }
+    for p in [0.001, 0.002, 0.003, 0.005, 0.007, 0.01, 0.014, 0.02, 0.03, 0.05, 0.1] {
+        let (radius, chord) = (5.0, 0.5);
+        let mut program = Program::new(continuous(p), 100.0);
+        program.line(20.0, 0.0, 0.0);
+        let chords = (radius * std::f64::consts::FRAC_PI_2 / chord) as u32;
+        for k in 1..=chords {
+            let angle = std::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(chords);
+            program.line(20.0 + radius * math::sin(angle), radius * (1.0 - math::cos(angle)), 0.0);
+        }
+        program.line(20.0 + radius, radius + 20.0, 0.0);
+        cases.push((format!("elbow {p}"), program));
+    }
+    for (turn, rotation) in [(60.0, 0.0), (60.0, 20.0), (60.0, 45.0), (45.0, 0.0), (45.0, 20.0), (30.0, 0.0), (30.0, 20.0)] {
+        let mut program = Program::new(continuous(0.01), 60.0);
+        let a = f64::to_radians(rotation);
+        program.line(30.0 * math::cos(a), 30.0 * math::sin(a), 0.0);
+        let b = f64::to_radians(rotation + turn);
+        program.line(30.0 * (math::cos(a) + math::cos(b)), 30.0 * (math::sin(a) + math::sin(b)), 0.0);
+        cases.push((format!("any {turn} {rotation}"), program));
+    }
     for (name, program) in cases.into_iter().filter(|(name, _)| name.contains(&filter)) {
         let begin = Instant::now();
         let samples = run(three_axes(), cartesian(), Coords::ZERO, program.moves.iter().map(|m| PlanItem::Move(*m)));

@@ -81,7 +81,7 @@ impl Judge for TimeJudge<'_> {
 
     fn time_s(&self, steps: &[PathStep]) -> f64 {
         let mut builder = Intervals::new(self.machine.longest_window_s());
-        let (mut time, mut from) = (0.0, f64::INFINITY);
+        let (mut time, mut saved, mut from) = (0.0, 0.0, f64::INFINITY);
         let mut stretch = |builder: &mut Intervals, intervals: &mut Vec<Interval>| {
             builder.finish(intervals);
             if let (Some(first), Some(last)) = (intervals.first(), intervals.last()) {
@@ -94,7 +94,7 @@ impl Judge for TimeJudge<'_> {
             intervals.clear();
         };
         let mut intervals = Vec::new();
-        for step in steps {
+        for (k, step) in steps.iter().enumerate() {
             match step {
                 PathStep::Piece(piece) => {
                     // A pose that the machine cannot take is told where the path is planned.
@@ -105,11 +105,21 @@ impl Judge for TimeJudge<'_> {
                         return f64::INFINITY;
                     }
                 }
-                PathStep::Stop(_) => stretch(&mut builder, &mut intervals),
+                PathStep::Stop(stop) => {
+                    stretch(&mut builder, &mut intervals);
+                    if let (
+                        Some(tolerance),
+                        Some(PathStep::Piece(before)),
+                        Some(PathStep::Piece(next)),
+                    ) = (stop.tolerance, steps.get(k.wrapping_sub(1)), steps.get(k + 1))
+                    {
+                        saved += self.rounding_s(before, next, tolerance);
+                    }
+                }
             }
         }
         stretch(&mut builder, &mut intervals);
-        time
+        time - saved
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
@@ -120,6 +130,23 @@ impl Judge for TimeJudge<'_> {
 }
 
 impl TimeJudge<'_> {
+    /// About how long the motions along two pieces overlap at a corner rounded in time, s.
+    fn rounding_s(&self, before: &Piece, next: &Piece, tolerance: f64) -> f64 {
+        let (Curve::Line(a), Curve::Line(b)) = (&before.curve, &next.curve) else {
+            return 0.0;
+        };
+        let window = self.machine.longest_window_s();
+        let most = |length: f64, feed: f64| 0.5 * (length / feed) + window;
+        let shorter = most(a.length(), before.feed).min(most(b.length(), next.feed));
+        usual_overlap_s(
+            self.machine,
+            [&a.direction(), &b.direction()],
+            tolerance,
+            window,
+            shorter,
+        )
+    }
+
     /// About how long the motions before and after a stop overlap, s.
     fn overlap_s(
         &self,

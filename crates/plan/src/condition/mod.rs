@@ -194,7 +194,7 @@ impl Conditioner {
             && self.section.len() < SECTION_LINES
         {
             let more = self.section.len() * SECTION_PIECES / found.pieces.len().max(1);
-            self.due = (more + more / 8).clamp(self.section.len() + 16, SECTION_LINES);
+            self.due = (more + more / 8).max(self.section.len() + 16).min(SECTION_LINES);
             return;
         }
         let found = match (&self.taken, found) {
@@ -248,10 +248,11 @@ impl Conditioner {
             return (0.0, End::Free);
         };
         let spent = self.joiner.spent();
-        if self.rested && spent == 0.0 {
+        let bent = joint::bent(&self.config, first, next);
+        if self.rested && spent == 0.0 && bent > first.length {
             return (0.0, End::Free);
         }
-        let bent = joint::bent(&self.config, first, next).min(0.5 * first.length);
+        let bent = bent.min(0.5 * first.length);
         let from = (first.length - bent).max(spent);
         (from, End::Tied(first.state(from)))
     }
@@ -261,10 +262,11 @@ impl Conditioner {
         let [.., before, last] = self.section.as_slice() else {
             return (0.0, End::Free);
         };
-        if rests {
+        let bent = joint::bent(&self.config, before, last);
+        if rests && bent > last.length {
             return (last.length, End::Free);
         }
-        let bent = joint::bent(&self.config, before, last).min(0.5 * last.length);
+        let bent = bent.min(0.5 * last.length);
         (bent, End::Tied(last.state(bent)))
     }
 

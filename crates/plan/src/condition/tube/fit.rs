@@ -14,12 +14,18 @@ use std::ops::Range;
 const MAX_STEPS: usize = 40;
 /// The complementarity at which the steps end, as a part of the objective. A choice.
 const GAP_PART: f64 = 0.02;
-/// Residual of the slacks at which the steps may end, in units of r^2.
-const SLACK_RESIDUAL: f64 = 2e-3;
+/// Square of the distance from a site, in units of its radius, at which the steps may end: what is
+/// proven is a little more.
+const KEPT_SQUARE: f64 = 1.01;
 /// Part of the way to the nearest bound that a step goes at most.
 const STEP_PART: f64 = 0.98;
 /// Factor on the complementarity at each step that goes its full length. A choice.
 const CENTERING: f64 = 0.15;
+
+/// Part of an interval's bending that counts on the next one. A choice.
+const SPREAD: f64 = 0.3;
+/// Least bending of an interval, as a part of all.
+const LEAST_ENERGY: f64 = 1e-9;
 
 /// A place near which the spline has to pass.
 #[derive(Clone, Copy, Debug)]
@@ -90,13 +96,24 @@ pub(super) struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Half the weighted sum of the squared third derivatives.
-    fn bending(&self, thirds: &[[f64; ORDER]], coefficients: &[Vec3]) -> f64 {
+    /// Half the weighted square of the third derivative on each interval, spread to its neighbours.
+    fn energies(&self, thirds: &[[f64; ORDER]], coefficients: &[Vec3]) -> Vec<f64> {
         let square = |k: usize| {
             let third = combined(&coefficients[k..k + ORDER], &thirds[k]);
             0.5 * self.weights[k] * dot(third, third)
         };
-        (0..thirds.len()).map(square).sum()
+        let mut energies: Vec<f64> = (0..thirds.len()).map(square).collect();
+        let least = LEAST_ENERGY * energies.iter().sum::<f64>();
+        let mut before = least.max(f64::MIN_POSITIVE);
+        for energy in &mut energies {
+            *energy = energy.max(SPREAD * before);
+            before = energy.max(least);
+        }
+        for energy in energies.iter_mut().rev() {
+            *energy = energy.max(SPREAD * before).max(least).max(f64::MIN_POSITIVE);
+            before = *energy;
+        }
+        energies
     }
 
     /// Improves the coefficients from where they are; returns whether they settled.
@@ -124,37 +141,39 @@ impl Problem<'_> {
         let thirds: Vec<[f64; ORDER]> = (0..self.breaks.intervals())
             .map(|k| self.breaks.third(k))
             .collect();
-        let mut bending = self.bending(&thirds, coefficients);
+        let mut energies = self.energies(&thirds, coefficients);
         if sites.first().is_some_and(|site| site.multiplier == 0.0) {
-            let r2: f64 = sites.iter().map(|site| site.radius * site.radius).sum();
-            let multiplier = bending.max(f64::MIN_POSITIVE) / r2;
             for site in sites.iter_mut() {
                 let r2 = site.radius * site.radius;
                 let off = site.off(coefficients);
-                site.multiplier = multiplier;
-                site.slack = (0.5 * (r2 - dot(off, off))).max(0.05 * r2);
+                site.multiplier = energies[site.interval] / r2;
+                site.slack = (0.5 * (r2 - dot(off, off))).max(0.1 * r2);
             }
         }
         let count = self.free.len() * N;
         let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
         let mut step = vec![[0.0; 3]; coefficients.len()];
         let mut offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
+        let mut last_length = 1.0_f64;
         for nr in 0..MAX_STEPS {
-            let mean = sites
+            // Slack times multiplier is aimed at the same part of the bending around each site.
+            let (mut sum, mut all) = (0.0, 0.0);
+            for site in sites.iter() {
+                sum += site.multiplier * site.slack;
+                all += energies[site.interval];
+            }
+            let gap = sum / all;
+            let over = sites
                 .iter()
-                .map(|site| site.multiplier * site.slack)
-                .sum::<f64>()
-                / sites.len() as f64;
-            let residual = sites.iter().zip(&offs).map(|(site, off)| {
-                let r2 = site.radius * site.radius;
-                (0.5 * (r2 - dot(*off, *off)) - site.slack).abs() / r2
-            });
-            let residual = residual.fold(0.0, f64::max);
-            if mean * sites.len() as f64 <= GAP_PART * bending && residual <= SLACK_RESIDUAL {
+                .zip(&offs)
+                .map(|(site, off)| dot(*off, *off) / (site.radius * site.radius))
+                .fold(0.0, f64::max);
+            if std::env::var("TUBE_STEPS").is_ok() { eprintln!("   {nr} gap {gap:.3e} over {over:.3} length {last_length:.3} energy {:.3e} off {:.3e}", energies.iter().sum::<f64>(), sites.iter().zip(&offs).map(|(s, o)| (dot(*o, *o)).sqrt() / s.radius).fold(0.0, f64::max)); }
+            if gap <= GAP_PART && over <= KEPT_SQUARE {
                 if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("   steps {nr}"); }
                 return true;
             }
-            let target = CENTERING * mean;
+            let target = gap * if last_length > 0.9 { CENTERING } else { (1.0 - last_length).max(CENTERING) };
             rows.fill([0.0; W]);
             right.fill([0.0]);
             let first = self.free.start;
@@ -182,7 +201,7 @@ impl Problem<'_> {
                 let missing = 0.5 * (r2 - dot(*off, *off)) - site.slack;
                 let stiff = site.multiplier / site.slack;
                 // The multiplier that the slack after the step should have.
-                let pull = target / site.slack - stiff * missing;
+                let pull = target * energies[site.interval] / site.slack - stiff * missing;
                 for p in 0..ORDER {
                     let Some(row) = (site.interval + p)
                         .checked_sub(first)
@@ -226,7 +245,7 @@ impl Problem<'_> {
                 let missing = 0.5 * (r2 - dot(*off, *off)) - site.slack;
                 let slack = missing - dot(*off, moved);
                 let multiplier =
-                    (target - site.multiplier * (site.slack + slack)) / site.slack;
+                    (target * energies[site.interval] - site.multiplier * (site.slack + slack)) / site.slack;
                 if slack < 0.0 {
                     length = length.min(-STEP_PART * site.slack / slack);
                 }
@@ -250,7 +269,8 @@ impl Problem<'_> {
                 let room = 0.5 * (site.radius * site.radius - dot(*off, *off));
                 site.slack = site.slack.max(room);
             }
-            bending = self.bending(&thirds, coefficients);
+            energies = self.energies(&thirds, coefficients);
+            last_length = length;
         }
         false
     }

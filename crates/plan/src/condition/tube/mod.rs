@@ -25,6 +25,8 @@ const AIMED_PART: f64 = 0.985;
 const PROVEN_PART: f64 = 0.998;
 /// How often the tube is narrowed where the curve leaves it between its sites.
 const MAX_NARROWINGS: usize = 8;
+/// Halvings of a stretch whose hull leaves the tube.
+const HALVINGS: u32 = 3;
 /// Sites within each interval.
 const SITES: usize = 3;
 
@@ -55,6 +57,9 @@ pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
     let mut coefficients: Vec<Vec3> = (0..count)
         .map(|j| way.place(breaks.greville(j)))
         .collect();
+    // Vertices may share the parameter of an end.
+    coefficients[0] = way.vertex(0);
+    coefficients[count - 1] = way.vertex(way.lines());
     let (head, tail) = (
         tie(&breaks.0, &mut coefficients, start, 1.0),
         {
@@ -173,22 +178,8 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>)
             // Each line by itself.
             let to = way.end_of(line).min(b);
             let right = at(to);
-            let (tolerance, part) = (way.line_tolerance(line), (to - from) / 3.0);
-            let hull = [
-                left[0],
-                along(left[0], left[1], part),
-                along(right[0], right[1], -part),
-                right[0],
-            ];
-            let mut most = way.off(line, hull);
-            if most > PROVEN_PART * tolerance && to > from {
-                // The hulls of both halves are nearer to the curve.
-                let middle = at(0.5 * (from + to));
-                let half = 0.5 * part;
-                let first = [left[0], along(left[0], left[1], half), along(middle[0], middle[1], -half), middle[0]];
-                let second = [middle[0], along(middle[0], middle[1], half), along(right[0], right[1], -half), right[0]];
-                most = way.off(line, first).max(way.off(line, second));
-            }
+            let tolerance = way.line_tolerance(line);
+            let most = farthest(way, line, &at, [(from, left), (to, right)], PROVEN_PART * tolerance, HALVINGS);
             let mut part = most / tolerance;
             if to < b || way.end_of(line) <= b {
                 // A vertex is passed within the tolerance, too.
@@ -232,6 +223,19 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>)
         }
     }
     inside
+}
+
+/// Bound of the distance from a line, by the hull of the control points between two places; that
+/// of the halves is nearer to the curve.
+fn farthest(way: &Way<'_>, line: usize, at: &impl Fn(f64) -> [Vec3; 2], [left, right]: [(f64, [Vec3; 2]); 2], enough: f64, halvings: u32) -> f64 {
+    let part = (right.0 - left.0) / 3.0;
+    let most = way.off(line, [left.1[0], along(left.1[0], left.1[1], part), along(right.1[0], right.1[1], -part), right.1[0]]);
+    if most <= enough || halvings == 0 || part <= 0.0 {
+        return most;
+    }
+    let middle = 0.5 * (left.0 + right.0);
+    let middle = (middle, at(middle));
+    farthest(way, line, at, [left, middle], enough, halvings - 1).max(farthest(way, line, at, [middle, right], enough, halvings - 1))
 }
 
 fn pieces(way: &Way<'_>, breaks: &Breaks, knots: &[Knot]) -> Option<Found> {

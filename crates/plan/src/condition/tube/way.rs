@@ -190,13 +190,14 @@ impl<'a> Way<'a> {
             }
             w += h;
         }
-        // The last step is spread over all.
-        let count = walk.len().max(4);
         if walk.len() < 4 {
-            return Some(Breaks((0..=count).map(|k| end * k as f64 / count as f64).collect()));
+            return Some(Breaks((0..=4).map(|k| 0.25 * end * f64::from(k)).collect()));
         }
-        let stretch = end / w;
-        let mut breaks: Vec<f64> = walk.iter().map(|[w, _]| w * stretch).collect();
+        // No stub at the end.
+        while walk.len() > 4 && walk.last().is_some_and(|[w, h]| end - w < 0.5 * h) {
+            walk.pop();
+        }
+        let mut breaks: Vec<f64> = walk.iter().map(|[w, _]| *w).collect();
         breaks.push(end);
         Some(Breaks(breaks))
     }
