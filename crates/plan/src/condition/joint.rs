@@ -110,7 +110,7 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
 const BEND_DEG: f64 = 60.1;
 /// How far from a corner a curve leaves its lines, in units of the tolerance over the angle.
 /// Measured.
-const BEND_REACH: f64 = 30.0;
+const BEND_REACH: f64 = 120.0;
 
 /// Whether two moves are lines that one curve may take the place of.
 pub(super) fn bends(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {

@@ -169,7 +169,7 @@ impl Problem<'_> {
                 .map(|(site, off)| dot(*off, *off) / (site.radius * site.radius))
                 .fold(0.0, f64::max);
             if std::env::var("TUBE_STEPS").is_ok() { eprintln!("   {nr} gap {gap:.3e} over {over:.3} length {last_length:.3} energy {:.3e} off {:.3e}", energies.iter().sum::<f64>(), sites.iter().zip(&offs).map(|(s, o)| (dot(*o, *o)).sqrt() / s.radius).fold(0.0, f64::max)); }
-            if gap <= GAP_PART && over <= KEPT_SQUARE {
+            if gap <= crate::param("GAP", GAP_PART) && over <= KEPT_SQUARE {
                 if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("   steps {nr}"); }
                 return true;
             }

@@ -80,11 +80,11 @@ pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
         free: head..count - tail,
         weights: &weights,
     };
-    for _ in 0..MAX_NARROWINGS {
+    for round in 0..MAX_NARROWINGS {
         let good = problem.solve(&mut coefficients, &mut sites);
         if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("solved {good} breaks {} sites {}", breaks.0.len(), sites.len()); }
         let knots = knots(&breaks, &coefficients);
-        if narrow(way, &breaks, &knots, &mut sites) {
+        if narrow(way, &breaks, &knots, &mut sites, round) {
             return pieces(way, &breaks, &knots);
         }
     }
@@ -152,7 +152,7 @@ fn knots(breaks: &Breaks, coefficients: &[Vec3]) -> Vec<Knot> {
 }
 
 /// Narrows the tube where the curve leaves it; returns whether it nowhere does.
-fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>) -> bool {
+fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>, round: usize) -> bool {
     let mut excess = vec![0.0_f64; breaks.intervals()];
     // The vertex that is farthest from each interval.
     let mut missed = vec![(0.0_f64, 0); breaks.intervals()];
@@ -216,9 +216,13 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>)
             }
         }
         for site in sites.iter_mut() {
-            let most = excess[site.interval];
+            // What is narrowed in one place may come out in another: more and more at a time.
+            let (k, reach) = (site.interval, round.min(2));
+            let around = &excess[k.saturating_sub(reach)..excess.len().min(k + reach + 1)];
+            let most = around.iter().copied().fold(0.0, f64::max);
             if most > PROVEN_PART {
-                site.narrow((1.0 - 1.2 * (most - AIMED_PART)).clamp(0.5, 0.99));
+                let factor = 1.2 + 0.4 * round as f64;
+                site.narrow((1.0 - factor * (most - AIMED_PART)).clamp(0.5, 0.99));
             }
         }
     }

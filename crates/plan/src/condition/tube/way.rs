@@ -161,7 +161,7 @@ impl<'a> Way<'a> {
                 let (d, e) = (sub(b, a), sub(c, b));
                 let (x, y) = (norm(d), norm(e));
                 let turn = norm(sub(d.map(|v| v / x), e.map(|v| v / y)));
-                let step = CORNER_STEP * self.vertex_tolerance(three[1]) / turn;
+                let step = crate::param("CSTEP", CORNER_STEP) * self.vertex_tolerance(three[1]) / turn;
                 (turn > 0.0).then(|| [self.w[three[1]], step])
             })
             .collect();
@@ -179,7 +179,7 @@ impl<'a> Way<'a> {
             let from = next.saturating_sub(3);
             corners[from..corners.len().min(next + 5)]
                 .iter()
-                .map(|[at, step]| step + STEP_GROWTH * (w - at).abs())
+                .map(|[at, step]| step + crate::param("GROWTH", STEP_GROWTH) * (w - at).abs())
                 .fold(0.25 * end, f64::min)
         };
         while w < end {
