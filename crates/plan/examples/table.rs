@@ -107,6 +107,14 @@ fn main() {
         program.line(30.0 * (math::cos(a) + math::cos(b)), 30.0 * (math::sin(a) + math::sin(b)), 0.0);
         cases.push((format!("any {turn} {rotation}"), program));
     }
+    for p in [0.001, 0.01, 0.1] { for l in [1.0, 10.0, 40.0] { for turn in [5.0, 15.0, 25.0, 35.0, 45.0, 60.0] { for rotation in [0.0, 15.0] {
+        let mut program = Program::new(continuous(p), 100.0);
+        let a = f64::to_radians(rotation);
+        program.line(l * math::cos(a), l * math::sin(a), 0.0);
+        let b = f64::to_radians(rotation + turn);
+        program.line(l * (math::cos(a) + math::cos(b)), l * (math::sin(a) + math::sin(b)), 0.0);
+        cases.push((format!("single {p} {l} {turn} {rotation}"), program));
+    } } } }
     for (name, program) in cases.into_iter().filter(|(name, _)| name.contains(&filter)) {
         let begin = Instant::now();
         let samples = run(three_axes(), cartesian(), Coords::ZERO, program.moves.iter().map(|m| PlanItem::Move(*m)));

@@ -6,7 +6,7 @@ use crate::demand::{Demand, Direction, Interval};
 use crate::intervals::{Intervals, demands};
 use crate::machine::{Machine, NO_LIMIT};
 use crate::piece::{PathStep, Piece, Programmed, Soft};
-use crate::profile::{Node, duration_s, ideal};
+use crate::profile::{Node, Task, duration_s, ideal, plan};
 use crate::soft;
 use lostmotion_base::Coords;
 use lostmotion_kinematics::{JointMap, Kinematics};
@@ -87,8 +87,15 @@ impl Judge for TimeJudge<'_> {
             if let (Some(first), Some(last)) = (intervals.first(), intervals.last()) {
                 let start = first.cap.min(from);
                 let (start, end) = (Node::new(0.0, start * start), Node::new(last.end, 0.0));
-                time += duration_s(&ideal(self.machine, intervals, start, end))
-                    + self.machine.longest_window_s();
+                let window = self.machine.longest_window_s();
+                let of = |part: f64| {
+                    let window_s = part * window;
+                    let task = Task { machine: self.machine, intervals, from: 0.0, speed_squared: 0.0, complete: true, window_s };
+                    duration_s(&plan(&task).nodes) + window_s
+                };
+                let from = Node::new(0.0, 0.0);
+                let w = crate::param("MIX", 0.8);
+                time += w * of(1.0).min(of(0.6)).min(of(0.35)) + (1.0 - w) * (duration_s(&ideal(self.machine, intervals, from, end)) + window);
             }
             from = 0.0;
             intervals.clear();

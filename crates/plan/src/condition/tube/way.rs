@@ -14,7 +14,7 @@ use lostmotion_base::{Coords, math};
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
 /// Distance of breaks at a corner, in units of the tolerance over the angle. Measured.
-const CORNER_STEP: f64 = 1.5;
+const CORNER_STEP: f64 = 2.0;
 /// Growth of the distance of breaks with the way from the corner. Measured.
 const STEP_GROWTH: f64 = 0.35;
 
