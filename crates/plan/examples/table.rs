@@ -6,7 +6,6 @@ use common::generate::Dice;
 use common::*;
 use lostmotion_base::{Coords, math};
 use lostmotion_plan::PlanItem;
-use std::time::Instant;
 
 fn circle(r: f64, n: usize, turns: f64, p: f64, digits: Option<f64>) -> Program {
     let mut program = Program::new(continuous(p), 100.0);
@@ -63,7 +62,30 @@ fn sine(noise: f64, step: f64) -> Program {
     }
     program
 }
+fn cpu() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = text.rsplit(')').next().unwrap().split_whitespace().collect();
+    fields[11].parse::<f64>().unwrap() * 0.01
+}
+fn surfacing() -> Program {
+    let mut program = Program::new(continuous(0.02), 50.0);
+    let height = |x: f64, y: f64| 2.0 * math::sin(x / 9.0) * math::cos(y / 13.0) - 5.0;
+    let q = |v: f64| (v * 1e4).round() * 1e-4;
+    let mut y = -75.0;
+    for row in 0..20 {
+        for i in 1..=300 {
+            let along = -75.0 + 0.5 * i as f64;
+            let x = if row % 2 == 0 { along } else { -along };
+            program.line(x, y, q(height(x, y)));
+        }
+        y += 0.4;
+        let [x, _, z] = program.here.linear();
+        program.line(x, y, z);
+    }
+    program
+}
 fn main() {
+    let repeat: usize = std::env::var("REPEAT").map_or(1, |v| v.parse().unwrap());
     let filter = std::env::args().nth(1).unwrap_or_default();
     let mut cases: Vec<(String, Program)> = Vec::new();
     for (r, n) in [(5.0, 79), (5.0, 70), (5.0, 55), (5.0, 50), (2.0, 45), (20.0, 140), (20.0, 100)] {
@@ -99,6 +121,7 @@ fn main() {
         program.line(20.0 + radius, radius + 20.0, 0.0);
         cases.push((format!("elbow {p}"), program));
     }
+    cases.push(("surfacing".into(), surfacing()));
     for (turn, rotation) in [(60.0, 0.0), (60.0, 20.0), (60.0, 45.0), (45.0, 0.0), (45.0, 20.0), (30.0, 0.0), (30.0, 20.0)] {
         let mut program = Program::new(continuous(0.01), 60.0);
         let a = f64::to_radians(rotation);
@@ -116,9 +139,10 @@ fn main() {
         cases.push((format!("single {p} {l} {turn} {rotation}"), program));
     } } } }
     for (name, program) in cases.into_iter().filter(|(name, _)| name.contains(&filter)) {
-        let begin = Instant::now();
+        let begin = cpu();
+        for _ in 1..repeat { run(three_axes(), cartesian(), Coords::ZERO, program.moves.iter().map(|m| PlanItem::Move(*m))); }
         let samples = run(three_axes(), cartesian(), Coords::ZERO, program.moves.iter().map(|m| PlanItem::Move(*m)));
-        let spent = begin.elapsed().as_secs_f64();
+        let spent = (cpu() - begin) / repeat as f64;
         let mut over = 0.0_f64;
         for joint in 0..3 {
             let [v, a, j] = peaks(&samples, joint);

@@ -95,7 +95,7 @@ impl Judge for TimeJudge<'_> {
                 };
                 let from = Node::new(0.0, 0.0);
                 let w = crate::param("MIX", 0.8);
-                time += w * of(1.0).min(of(0.6)).min(of(0.35)) + (1.0 - w) * (duration_s(&ideal(self.machine, intervals, from, end)) + window);
+                time += w * of(1.0).min(of(0.5)) + (1.0 - w) * (duration_s(&ideal(self.machine, intervals, from, end)) + window);
             }
             from = 0.0;
             intervals.clear();

@@ -187,16 +187,18 @@ impl Conditioner {
             Taken::Curve { state, .. } => (self.from, End::Tied(*state)),
             _ => self.start(),
         };
-        let found = self.find(from, start, last.length, End::Free);
         // More lines are needed for a curve of the usual length.
-        if let Some(found) = &found
-            && found.pieces.len() < SECTION_PIECES
-            && self.section.len() < SECTION_LINES
-        {
-            let more = self.section.len() * SECTION_PIECES / found.pieces.len().max(1);
-            self.due = (more + more / 8).max(self.section.len() + 16).min(SECTION_LINES);
+        let pieces = self
+            .way(from, last.length)
+            .map_or(0, |way| tube::pieces_of(&way, start, End::Free));
+        if pieces > 0 && pieces < SECTION_PIECES && self.section.len() < SECTION_LINES {
+            let more = self.section.len() * SECTION_PIECES / pieces;
+            self.due = (more + more / 8)
+                .max(self.section.len() + 16)
+                .min(SECTION_LINES);
             return;
         }
+        let found = self.find(from, start, last.length, End::Free);
         let found = match (&self.taken, found) {
             (Taken::Open, Some(found)) => {
                 Some(found).filter(|found| self.is_faster(found, from, last.length, judge))
@@ -271,13 +273,17 @@ impl Conditioner {
     }
 
     fn find(&self, from: f64, start: End, to: f64, end: End) -> Option<Found> {
+        tube::curve(&self.way(from, to)?, start, end)
+    }
+
+    /// The lines of the section with their tolerances.
+    fn way(&self, from: f64, to: f64) -> Option<Way<'_>> {
         let tolerances: Option<Vec<f64>> = self
             .section
             .iter()
             .map(|line| joint::merge_tolerance(&self.config, line.control))
             .collect();
-        let way = Way::new(&self.section, from, to, tolerances?)?;
-        tube::curve(&way, start, end)
+        Way::new(&self.section, from, to, tolerances?)
     }
 
     /// Whether a curve takes less time than the section vertex by vertex.

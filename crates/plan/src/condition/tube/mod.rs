@@ -21,14 +21,17 @@ pub(super) use way::Way;
 /// Part of the tolerance that the curve is aimed at at its sites. A choice: what lies between two
 /// sites needs the rest.
 const AIMED_PART: f64 = 0.985;
-/// Part of the tolerance that is proven. The chord between two samples takes the rest.
-const PROVEN_PART: f64 = 0.998;
+/// Part of the tolerance within which the lines are proven to be followed: all but rounding.
+const PROVEN_PART: f64 = 1.0 - 1e-9;
+/// Part of the tolerance within which each vertex is proven to be passed: the chord between two
+/// samples lies beside the curve. As for corners that are rounded in time.
+const VERTEX_PART: f64 = 0.998;
 /// How often the tube is narrowed where the curve leaves it between its sites.
 const MAX_NARROWINGS: usize = 8;
 /// Halvings of a stretch whose hull leaves the tube.
 const HALVINGS: u32 = 3;
 /// Sites within each interval.
-const SITES: usize = 3;
+const SITES: usize = 2;
 
 /// How the curve begins or ends.
 #[derive(Clone, Copy, Debug)]
@@ -50,9 +53,24 @@ pub(super) struct Found {
     pub(super) places: Vec<(usize, f64)>,
 }
 
+/// How many pieces the curve along a way will have; 0 where there will be none.
+pub(super) fn pieces_of(way: &Way<'_>, start: End, end: End) -> usize {
+    way.breaks([start.direction(), end.direction()])
+        .map_or(0, |breaks| breaks.intervals())
+}
+
+impl End {
+    fn direction(&self) -> Option<Vec3> {
+        match self {
+            End::Free => None,
+            End::Tied(end) => Some(end.d1.linear()),
+        }
+    }
+}
+
 /// The curve along a way; `None` where none can be proven.
 pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
-    let breaks = way.breaks()?;
+    let breaks = way.breaks([start.direction(), end.direction()])?;
     let count = breaks.coefficients();
     let mut coefficients: Vec<Vec3> = (0..count)
         .map(|j| way.place(breaks.greville(j)))
@@ -85,7 +103,10 @@ pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
         if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("solved {good} breaks {} sites {}", breaks.0.len(), sites.len()); }
         let knots = knots(&breaks, &coefficients);
         if narrow(way, &breaks, &knots, &mut sites, round) {
-            return pieces(way, &breaks, &knots);
+            return assembled(way, &breaks, &knots);
+        }
+        if !good && round > 0 {
+            return None;
         }
     }
     None
@@ -113,8 +134,9 @@ fn tie(breaks: &[f64], coefficients: &mut [Vec3], end: End, sign: f64) -> usize 
 fn sites(way: &Way<'_>, breaks: &Breaks) -> Vec<Site> {
     let mut places: Vec<f64> = Vec::new();
     for pair in breaks.0.windows(2) {
-        let step = (pair[1] - pair[0]) / SITES as f64;
-        places.extend((0..SITES).map(|k| pair[0] + step * k as f64));
+        let n = crate::param("SITES", SITES as f64) as usize;
+        let step = (pair[1] - pair[0]) / n as f64;
+        places.extend((0..n).map(|k| pair[0] + step * k as f64));
     }
     places.extend(way.corners());
     places.sort_by(f64::total_cmp);
@@ -183,7 +205,8 @@ fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>,
             let mut part = most / tolerance;
             if to < b || way.end_of(line) <= b {
                 // A vertex is passed within the tolerance, too.
-                let off = norm(sub(right[0], way.vertex(line + 1))) / way.vertex_tolerance(line + 1);
+                let near = VERTEX_PART * way.vertex_tolerance(line + 1);
+                let off = norm(sub(right[0], way.vertex(line + 1))) / near;
                 part = part.max(off);
                 if off > missed[k].0 {
                     missed[k] = (off, line + 1);
@@ -242,7 +265,7 @@ fn farthest(way: &Way<'_>, line: usize, at: &impl Fn(f64) -> [Vec3; 2], [left, r
     farthest(way, line, at, [left, middle], enough, halvings - 1).max(farthest(way, line, at, [middle, right], enough, halvings - 1))
 }
 
-fn pieces(way: &Way<'_>, breaks: &Breaks, knots: &[Knot]) -> Option<Found> {
+fn assembled(way: &Way<'_>, breaks: &Breaks, knots: &[Knot]) -> Option<Found> {
     let coords = |v: Vec3| Coords::xyz(v[0], v[1], v[2]);
     let ends: Vec<HermiteEnd> = knots
         .iter()

@@ -15,6 +15,8 @@ use lostmotion_base::{Coords, math};
 const THINNED_PART: f64 = 0.5;
 /// Distance of breaks at a corner, in units of the tolerance over the angle. Measured.
 const CORNER_STEP: f64 = 2.0;
+/// The same where the curve begins or ends in a given direction.
+const END_STEP: f64 = 1.0;
 /// Growth of the distance of breaks with the way from the corner. Measured.
 const STEP_GROWTH: f64 = 0.35;
 
@@ -150,21 +152,33 @@ impl<'a> Way<'a> {
     }
 
     /// Breaks of the spline; `None` where the way is too short to have any.
-    pub(super) fn breaks(&self) -> Option<Breaks> {
+    pub(super) fn breaks(&self, ends: [Option<Vec3>; 2]) -> Option<Breaks> {
         let end = *self.w.last()?;
         // The distance of breaks that each corner asks for.
-        let corners: Vec<[f64; 2]> = self
+        let turned = |d: Vec3, e: Vec3| {
+            let (x, y) = (norm(d), norm(e));
+            norm(sub(d.map(|v| v / x), e.map(|v| v / y)))
+        };
+        let mut corners: Vec<[f64; 2]> = Vec::with_capacity(self.kept.len());
+        if let (Some(given), [a, b, ..]) = (ends[0], self.kept.as_slice()) {
+            let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
+            corners.push([0.0, END_STEP * self.vertex_tolerance(0) / turn]);
+        }
+        let inner = self
             .kept
             .windows(3)
             .filter_map(|three| {
                 let [a, b, c] = [three[0], three[1], three[2]].map(|k| self.vertices[k]);
                 let (d, e) = (sub(b, a), sub(c, b));
-                let (x, y) = (norm(d), norm(e));
-                let turn = norm(sub(d.map(|v| v / x), e.map(|v| v / y)));
+                let turn = turned(d, e);
                 let step = crate::param("CSTEP", CORNER_STEP) * self.vertex_tolerance(three[1]) / turn;
                 (turn > 0.0).then(|| [self.w[three[1]], step])
-            })
-            .collect();
+            });
+        corners.extend(inner);
+        if let (Some(given), [.., a, b]) = (ends[1], self.kept.as_slice()) {
+            let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
+            corners.push([end, END_STEP * self.vertex_tolerance(*b) / turn]);
+        }
         if !(end > 0.0) {
             return None;
         }
