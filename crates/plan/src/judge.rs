@@ -94,7 +94,7 @@ impl Judge for TimeJudge<'_> {
                     duration_s(&plan(&task).nodes) + window_s
                 };
                 let from = Node::new(0.0, 0.0);
-                let w = crate::param("MIX", 0.8);
+                let w = 0.8;
                 time += w * of(1.0).min(of(0.5)) + (1.0 - w) * (duration_s(&ideal(self.machine, intervals, from, end)) + window);
             }
             from = 0.0;

@@ -48,7 +48,6 @@
 //! # Ok::<(), lostmotion_plan::PlanError>(())
 //! ```
 
-pub(crate) fn param(name: &str, default: f64) -> f64 { std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default) }
 mod admit;
 mod chord;
 mod condition;

@@ -20,7 +20,7 @@ use joint::Junction;
 use lostmotion_path::HermiteEnd;
 use moves::Joiner;
 use std::sync::Arc;
-use tube::{End, Found, Way};
+use tube::{Found, Tie, Way};
 
 /// Lines of a section with which it is worked off. A choice: bounds memory.
 const SECTION_LINES: usize = 4096;
@@ -163,7 +163,7 @@ impl Conditioner {
             }
             Taken::Curve { state, rest } => {
                 let (to, end) = self.end(rests);
-                match self.find(self.from, End::Tied(state), to, end) {
+                match self.find(self.from, Tie::State(state), to, end) {
                     Some(found) => {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
@@ -184,13 +184,13 @@ impl Conditioner {
             return;
         };
         let (from, start) = match &self.taken {
-            Taken::Curve { state, .. } => (self.from, End::Tied(*state)),
+            Taken::Curve { state, .. } => (self.from, Tie::State(*state)),
             _ => self.start(),
         };
         // More lines are needed for a curve of the usual length.
         let pieces = self
             .way(from, last.length)
-            .map_or(0, |way| tube::pieces_of(&way, start, End::Free));
+            .map_or(0, |way| tube::pieces(&way, [start, Tie::Place]));
         if pieces > 0 && pieces < SECTION_PIECES && self.section.len() < SECTION_LINES {
             let more = self.section.len() * SECTION_PIECES / pieces;
             self.due = (more + more / 8)
@@ -198,7 +198,7 @@ impl Conditioner {
                 .min(SECTION_LINES);
             return;
         }
-        let found = self.find(from, start, last.length, End::Free);
+        let found = self.find(from, start, last.length, Tie::Place);
         let found = match (&self.taken, found) {
             (Taken::Open, Some(found)) => {
                 Some(found).filter(|found| self.is_faster(found, from, last.length, judge))
@@ -245,35 +245,35 @@ impl Conditioner {
     }
 
     /// Where the curve begins, and how.
-    fn start(&self) -> (f64, End) {
+    fn start(&self) -> (f64, Tie) {
         let (Some(first), Some(next)) = (self.section.first(), self.section.get(1)) else {
-            return (0.0, End::Free);
+            return (0.0, Tie::Place);
         };
         let spent = self.joiner.spent();
         let bent = joint::bent(&self.config, first, next);
         if self.rested && spent == 0.0 && bent > first.length {
-            return (0.0, End::Free);
+            return (0.0, Tie::Place);
         }
         let bent = bent.min(0.5 * first.length);
         let from = (first.length - bent).max(spent);
-        (from, End::Tied(first.state(from)))
+        (from, Tie::State(first.state(from)))
     }
 
     /// Where the curve ends, and how.
-    fn end(&self, rests: bool) -> (f64, End) {
+    fn end(&self, rests: bool) -> (f64, Tie) {
         let [.., before, last] = self.section.as_slice() else {
-            return (0.0, End::Free);
+            return (0.0, Tie::Place);
         };
         let bent = joint::bent(&self.config, before, last);
         if rests && bent > last.length {
-            return (last.length, End::Free);
+            return (last.length, Tie::Place);
         }
         let bent = bent.min(0.5 * last.length);
-        (bent, End::Tied(last.state(bent)))
+        (bent, Tie::State(last.state(bent)))
     }
 
-    fn find(&self, from: f64, start: End, to: f64, end: End) -> Option<Found> {
-        tube::curve(&self.way(from, to)?, start, end)
+    fn find(&self, from: f64, start: Tie, to: f64, end: Tie) -> Option<Found> {
+        tube::curve(&self.way(from, to)?, [start, end])
     }
 
     /// The lines of the section with their tolerances.
@@ -302,9 +302,6 @@ impl Conditioner {
             joiner.push(line, judge, &mut moves);
         }
         joiner.stop(Stop::default(), judge, &mut moves);
-        if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("lines {} pieces {} time {} against {}", self.section.len(), found.pieces.len(), judge.time_s(&curve), judge.time_s(&moves)); }
-        if std::env::var("TUBE_ALWAYS").is_ok() { return true; }
-        if std::env::var("TUBE_NEVER").is_ok() { return false; }
         judge.time_s(&curve) * FASTER_PART < judge.time_s(&moves)
     }
 }

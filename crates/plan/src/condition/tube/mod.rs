@@ -1,17 +1,17 @@
 //! A smooth curve inside the tube of the program, in place of many lines that meet at small angles.
 //!
-//! The curve is a cubic spline whose third derivative is least in the mean, at most P from every
-//! point of the lines at the same parameter: so neither the sides nor the vertices are left by more.
-//! Its breaks follow from the shape of the lines, not from their number: dense points are thinned,
-//! and long lines get breaks inside. What is output is proven, all of it, by the hull of its control
-//! points.
+//! The curve is a cubic spline with the least integral of its squared third derivative that stays
+//! within P of the lines and passes every vertex within P. Its breaks follow from the shape of the
+//! lines, not from their number: dense points are thinned, and long lines get breaks inside. The fit
+//! knows the tube at its sites alone; what is output is proven, all of it, by the hull of its control
+//! points, and narrowed where that leaves the tube.
 
 mod fit;
 mod spline;
 mod way;
 
-use crate::piece::{Mark, Piece, Programmed};
-use fit::{Problem, Site};
+use crate::piece::Piece;
+use fit::{Fit, Site};
 use lostmotion_base::Coords;
 use lostmotion_base::vec::{Vec3, along, dot, norm, sub};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
@@ -24,26 +24,43 @@ const AIMED_PART: f64 = 0.985;
 /// Part of the tolerance within which the lines are proven to be followed: all but rounding.
 const PROVEN_PART: f64 = 1.0 - 1e-9;
 /// Part of the tolerance within which each vertex is proven to be passed: the chord between two
-/// samples lies beside the curve. As for corners that are rounded in time.
+/// samples lies beside the curve, as for corners that are rounded in time.
 const VERTEX_PART: f64 = 0.998;
-/// How often the tube is narrowed where the curve leaves it between its sites.
+/// How often the tube is narrowed where the curve leaves it between its sites. A choice: one to four
+/// times are needed.
 const MAX_NARROWINGS: usize = 8;
-/// Halvings of a stretch whose hull leaves the tube.
-const HALVINGS: u32 = 3;
-/// Sites within each interval.
+/// Factor on the excess by which the tube is narrowed, and what is added to it each time: what is
+/// narrowed in one place may come out in another.
+const NARROWED: [f64; 2] = [1.2, 0.4];
+/// Bounds of the factor on a radius.
+const NARROW_FACTORS: [f64; 2] = [0.5, 0.99];
+/// Halvings of a stretch whose hull leaves the tube. A choice: each quarters the hull's distance
+/// from the curve.
+const HULL_HALVINGS: u32 = 3;
+/// Sites in each interval, besides the vertices that are left when the lines are thinned. A choice:
+/// three cost a quarter more and change no time by more than 1 %.
 const SITES: usize = 2;
 
 /// How the curve begins or ends.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum End {
-    /// At the programmed point, in any direction: the motion rests there, or it will be solved for
-    /// again.
-    Free,
-    /// As what lies beyond says.
-    Tied(HermiteEnd),
+pub(super) enum Tie {
+    /// At the programmed point, in any direction: the motion rests there, or the curve will be found
+    /// again with what follows.
+    Place,
+    /// With the derivatives of what lies beyond.
+    State(HermiteEnd),
 }
 
-/// A curve that was found.
+impl Tie {
+    fn direction(&self) -> Option<Vec3> {
+        match self {
+            Tie::Place => None,
+            Tie::State(end) => Some(end.d1.linear()),
+        }
+    }
+}
+
+/// A curve that was found and proven.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) pieces: Vec<Piece>,
@@ -54,268 +71,276 @@ pub(super) struct Found {
 }
 
 /// How many pieces the curve along a way will have; 0 where there will be none.
-pub(super) fn pieces_of(way: &Way<'_>, start: End, end: End) -> usize {
-    way.breaks([start.direction(), end.direction()])
+pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
+    way.breaks(ties.map(|tie| tie.direction()))
         .map_or(0, |breaks| breaks.intervals())
 }
 
-impl End {
-    fn direction(&self) -> Option<Vec3> {
-        match self {
-            End::Free => None,
-            End::Tied(end) => Some(end.d1.linear()),
-        }
-    }
-}
-
 /// The curve along a way; `None` where none can be proven.
-pub(super) fn curve(way: &Way<'_>, start: End, end: End) -> Option<Found> {
-    let breaks = way.breaks([start.direction(), end.direction()])?;
+pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
+    let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
     let mut coefficients: Vec<Vec3> = (0..count)
         .map(|j| way.place(breaks.greville(j)))
         .collect();
-    // Vertices may share the parameter of an end.
+    // Other vertices may share the parameter of an end.
     coefficients[0] = way.vertex(0);
     coefficients[count - 1] = way.vertex(way.lines());
-    let (head, tail) = (
-        tie(&breaks.0, &mut coefficients, start, 1.0),
-        {
-            let reversed: Vec<f64> = breaks.0.iter().rev().map(|t| -t).collect();
-            coefficients.reverse();
-            let tied = tie(&reversed, &mut coefficients, end, -1.0);
-            coefficients.reverse();
-            tied
-        },
+    let head = tie(ties[0], 1.0, breaks.first_widths()?, coefficients.iter_mut());
+    let tail = tie(
+        ties[1],
+        -1.0,
+        breaks.last_widths()?,
+        coefficients.iter_mut().rev(),
     );
     if head + tail >= count {
         return None;
     }
-    let weights: Vec<f64> = breaks.0.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let fit = Fit::new(&breaks, head..count - tail);
     let mut sites = sites(way, &breaks);
-    let problem = Problem {
-        breaks: &breaks,
-        free: head..count - tail,
-        weights: &weights,
-    };
     for round in 0..MAX_NARROWINGS {
-        let good = problem.solve(&mut coefficients, &mut sites);
-        if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("solved {good} breaks {} sites {}", breaks.0.len(), sites.len()); }
-        let knots = knots(&breaks, &coefficients);
-        if narrow(way, &breaks, &knots, &mut sites, round) {
-            return assembled(way, &breaks, &knots);
+        let settled = fit.solve(&mut coefficients, &mut sites);
+        let states = breaks.states(&coefficients);
+        let excess = Excess::new(way, &breaks, &states);
+        if excess.is_none() {
+            return assembled(way, &breaks, &states);
         }
-        if !good && round > 0 {
+        // A fit that does not settle again will not.
+        if !settled && round > 0 {
             return None;
         }
+        excess.narrow(way, &breaks, &mut sites, round);
     }
     None
 }
 
-/// Sets the coefficients that an end gives; returns how many.
-fn tie(breaks: &[f64], coefficients: &mut [Vec3], end: End, sign: f64) -> usize {
-    let End::Tied(HermiteEnd { p, d1, d2 }) = end else {
+/// Sets the coefficients that an end gives, from the end inwards; returns how many. `sign` is that
+/// of the direction inwards.
+fn tie<'a>(
+    tie: Tie,
+    sign: f64,
+    [h, g]: [f64; 2],
+    mut coefficients: impl Iterator<Item = &'a mut Vec3>,
+) -> usize {
+    let Tie::State(HermiteEnd { p, d1, d2 }) = tie else {
         return 1;
     };
-    if breaks.len() < 3 {
-        return coefficients.len();
-    }
-    let (h, g) = (breaks[1] - breaks[0], breaks[2] - breaks[1]);
     let (p, d1, d2) = (p.linear(), d1.linear(), d2.linear());
-    // The first differences of the coefficients are those of the first derivative, over a third of
-    // their spans.
+    // Differences of the coefficients are the first derivative's coefficients, over a third of
+    // their spans; the first of these is d1, and d2 leads to the second one.
     let second: Vec3 = std::array::from_fn(|axis| sign * d1[axis] + 0.5 * h * d2[axis]);
-    coefficients[0] = p;
-    coefficients[1] = along(p, d1, sign * h / 3.0);
-    coefficients[2] = along(coefficients[1], second, (h + g) / 3.0);
-    3
+    let first = along(p, d1, sign * h / 3.0);
+    let given = [p, first, along(first, second, (h + g) / 3.0)];
+    for value in given {
+        if let Some(coefficient) = coefficients.next() {
+            *coefficient = value;
+        }
+    }
+    given.len()
 }
 
 fn sites(way: &Way<'_>, breaks: &Breaks) -> Vec<Site> {
-    let mut places: Vec<f64> = Vec::new();
-    for pair in breaks.0.windows(2) {
-        let n = crate::param("SITES", SITES as f64) as usize;
-        let step = (pair[1] - pair[0]) / n as f64;
-        places.extend((0..n).map(|k| pair[0] + step * k as f64));
-    }
-    places.extend(way.corners());
-    places.sort_by(f64::total_cmp);
     let (first, last) = (breaks.0[0], breaks.0[breaks.intervals()]);
+    let even = breaks.0.windows(2).flat_map(|pair| {
+        let step = (pair[1] - pair[0]) / SITES as f64;
+        (0..SITES).map(move |k| pair[0] + step * k as f64)
+    });
+    let mut places: Vec<f64> = even.chain(way.corners()).collect();
+    places.sort_by(f64::total_cmp);
     places
         .into_iter()
         .filter(|w| *w > first && *w < last)
-        .map(|w| Site::new(breaks, w, way.place(w), AIMED_PART * way.tolerance(w)))
+        .map(|w| {
+            let radius = AIMED_PART * way.tolerance(w);
+            Site::new(breaks, breaks.interval(w), w, way.place(w), radius)
+        })
         .collect()
 }
 
-/// State at a break, and the third derivative from there on.
+/// Where a curve leaves the tube, by intervals, in parts of what is allowed.
+#[derive(Debug)]
+struct Excess {
+    sides: Vec<f64>,
+    /// The vertex that is missed by most.
+    vertices: Vec<(f64, usize)>,
+}
+
+impl Excess {
+    fn new(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Excess {
+        let mut excess = Excess {
+            sides: vec![0.0; breaks.intervals()],
+            vertices: vec![(0.0, 0); breaks.intervals()],
+        };
+        let mut line = 0;
+        for (k, ends) in states.windows(2).enumerate() {
+            let (a, b) = (breaks.0[k], breaks.0[k + 1]);
+            let cubic = Cubic::new(&ends[0], &ends[1], b - a);
+            let mut left = cubic.at(0.0);
+            // Each line by itself.
+            loop {
+                let to = way.end_of(line).min(b);
+                let right = cubic.at(to - a);
+                let tolerance = way.line_tolerance(line);
+                let enough = PROVEN_PART * tolerance;
+                let most = cubic.farthest(way, line, [left, right], enough, HULL_HALVINGS);
+                excess.sides[k] = excess.sides[k].max(most / enough);
+                left = right;
+                if way.end_of(line) > b || line + 1 == way.lines() {
+                    break;
+                }
+                line += 1;
+                let near = VERTEX_PART * way.vertex_tolerance(line);
+                let off = norm(sub(right.p, way.vertex(line))) / near;
+                if off > excess.vertices[k].0 {
+                    excess.vertices[k] = (off, line);
+                }
+            }
+        }
+        excess
+    }
+
+    fn is_none(&self) -> bool {
+        self.sides.iter().all(|part| *part <= 1.0)
+            && self.vertices.iter().all(|(part, _)| *part <= 1.0)
+    }
+
+    /// Makes sites of the vertices that are missed, and narrows the tube where that is not enough.
+    fn narrow(mut self, way: &Way<'_>, breaks: &Breaks, sites: &mut Vec<Site>, round: usize) {
+        for (k, (part, vertex)) in self.vertices.into_iter().enumerate() {
+            let place = way.vertex(vertex);
+            let w = way.end_of(vertex.max(1) - 1);
+            let is_new = !sites.iter().any(|site| site.w == w && site.place == place);
+            if part > 1.0 && part >= self.sides[k] && is_new {
+                let radius = AIMED_PART * way.vertex_tolerance(vertex);
+                sites.push(Site::new(breaks, k, w, place, radius));
+                self.sides[k] = 0.0;
+            } else {
+                self.sides[k] = self.sides[k].max(part);
+            }
+        }
+        let factor = NARROWED[0] + NARROWED[1] * round as f64;
+        let reach = round.min(2);
+        for site in sites {
+            let k = site.interval;
+            let around = &self.sides[k.saturating_sub(reach)..self.sides.len().min(k + reach + 1)];
+            let most = around.iter().copied().fold(0.0, f64::max);
+            if most > 1.0 {
+                let [least, longest] = NARROW_FACTORS;
+                site.narrow((1.0 - factor * (most - AIMED_PART)).clamp(least, longest));
+            }
+        }
+    }
+}
+
+/// One interval of the curve.
 #[derive(Clone, Copy, Debug)]
-struct Knot {
+struct Cubic {
     p: Vec3,
     d1: Vec3,
     d2: Vec3,
+    d3: Vec3,
 }
 
-fn knots(breaks: &Breaks, coefficients: &[Vec3]) -> Vec<Knot> {
-    (0..breaks.0.len())
-        .map(|k| {
-            let interval = k.min(breaks.intervals() - 1);
-            let [d1, d2] = breaks.derivatives(coefficients, k);
-            Knot {
-                p: combined(
-                    &coefficients[interval..interval + ORDER],
-                    &breaks.basis(interval, breaks.0[k]),
-                ),
-                d1,
-                d2,
-            }
-        })
-        .collect()
+/// A place on it, with the first derivative.
+#[derive(Clone, Copy, Debug)]
+struct CubicPlace {
+    x: f64,
+    p: Vec3,
+    d1: Vec3,
 }
 
-/// Narrows the tube where the curve leaves it; returns whether it nowhere does.
-fn narrow(way: &Way<'_>, breaks: &Breaks, knots: &[Knot], sites: &mut Vec<Site>, round: usize) -> bool {
-    let mut excess = vec![0.0_f64; breaks.intervals()];
-    // The vertex that is farthest from each interval.
-    let mut missed = vec![(0.0_f64, 0); breaks.intervals()];
-    let mut line = 0;
-    let mut inside = true;
-    for (k, pair) in knots.windows(2).enumerate() {
-        let (a, b) = (breaks.0[k], breaks.0[k + 1]);
-        let h = b - a;
-        let third: Vec3 = std::array::from_fn(|axis| (pair[1].d2[axis] - pair[0].d2[axis]) / h);
-        let at = |w: f64| -> [Vec3; 2] {
-            let x = w - a;
-            let Knot { p, d1, d2 } = pair[0];
-            [
-                std::array::from_fn(|i| {
-                    p[i] + (d1[i] + (0.5 * d2[i] + third[i] / 6.0 * x) * x) * x
-                }),
-                std::array::from_fn(|i| d1[i] + (d2[i] + 0.5 * third[i] * x) * x),
-            ]
-        };
-        let mut from = a;
-        let mut left = at(a);
-        loop {
-            // Each line by itself.
-            let to = way.end_of(line).min(b);
-            let right = at(to);
-            let tolerance = way.line_tolerance(line);
-            let most = farthest(way, line, &at, [(from, left), (to, right)], PROVEN_PART * tolerance, HALVINGS);
-            let mut part = most / tolerance;
-            if to < b || way.end_of(line) <= b {
-                // A vertex is passed within the tolerance, too.
-                let near = VERTEX_PART * way.vertex_tolerance(line + 1);
-                let off = norm(sub(right[0], way.vertex(line + 1))) / near;
-                part = part.max(off);
-                if off > missed[k].0 {
-                    missed[k] = (off, line + 1);
-                }
-            }
-            excess[k] = excess[k].max(part);
-            inside &= part <= PROVEN_PART;
-            if to >= b {
-                break;
-            }
-            line += 1;
-            from = to;
-            left = right;
-        }
-        // The next interval may begin on the next line.
-        while way.end_of(line) <= b && line + 1 < way.lines() {
-            line += 1;
+impl Cubic {
+    fn new(from: &HermiteEnd, to: &HermiteEnd, width: f64) -> Cubic {
+        let (first, last) = (from.d2.linear(), to.d2.linear());
+        Cubic {
+            p: from.p.linear(),
+            d1: from.d1.linear(),
+            d2: first,
+            d3: std::array::from_fn(|axis| (last[axis] - first[axis]) / width),
         }
     }
-    if std::env::var("TUBE_DEBUG").is_ok() { eprintln!("   excess {:.4}", excess.iter().copied().fold(0.0, f64::max)); }
-    if !inside {
-        let multiplier = sites.iter().map(|site| site.multiplier).sum::<f64>() / sites.len() as f64;
-        for (k, (off, vertex)) in missed.into_iter().enumerate() {
-            let w = way.end_of(vertex.max(1) - 1);
-            let known = |site: &Site| site.w == w && site.place == way.vertex(vertex);
-            if off > PROVEN_PART && off >= excess[k] && !sites.iter().any(known) {
-                let radius = AIMED_PART * way.vertex_tolerance(vertex);
-                sites.push(Site::between(breaks, k, w, way.vertex(vertex), radius, multiplier));
-                excess[k] = 0.0;
-            }
-        }
-        for site in sites.iter_mut() {
-            // What is narrowed in one place may come out in another: more and more at a time.
-            let (k, reach) = (site.interval, round.min(2));
-            let around = &excess[k.saturating_sub(reach)..excess.len().min(k + reach + 1)];
-            let most = around.iter().copied().fold(0.0, f64::max);
-            if most > PROVEN_PART {
-                let factor = 1.2 + 0.4 * round as f64;
-                site.narrow((1.0 - factor * (most - AIMED_PART)).clamp(0.5, 0.99));
-            }
+
+    fn at(&self, x: f64) -> CubicPlace {
+        let Cubic { p, d1, d2, d3 } = self;
+        CubicPlace {
+            x,
+            p: std::array::from_fn(|i| {
+                p[i] + (d1[i] + (0.5 * d2[i] + d3[i] / 6.0 * x) * x) * x
+            }),
+            d1: std::array::from_fn(|i| d1[i] + (d2[i] + 0.5 * d3[i] * x) * x),
         }
     }
-    inside
-}
 
-/// Bound of the distance from a line, by the hull of the control points between two places; that
-/// of the halves is nearer to the curve.
-fn farthest(way: &Way<'_>, line: usize, at: &impl Fn(f64) -> [Vec3; 2], [left, right]: [(f64, [Vec3; 2]); 2], enough: f64, halvings: u32) -> f64 {
-    let part = (right.0 - left.0) / 3.0;
-    let most = way.off(line, [left.1[0], along(left.1[0], left.1[1], part), along(right.1[0], right.1[1], -part), right.1[0]]);
-    if most <= enough || halvings == 0 || part <= 0.0 {
-        return most;
+    /// Bound of its distance from a line between two places, by the hull of the control points
+    /// there; that of the halves is nearer to the curve.
+    fn farthest(
+        &self,
+        way: &Way<'_>,
+        line: usize,
+        [left, right]: [CubicPlace; 2],
+        enough: f64,
+        halvings: u32,
+    ) -> f64 {
+        let third = (right.x - left.x) / 3.0;
+        let hull = [
+            left.p,
+            along(left.p, left.d1, third),
+            along(right.p, right.d1, -third),
+            right.p,
+        ];
+        let most = way.off(line, hull);
+        if most <= enough || halvings == 0 || third <= 0.0 {
+            return most;
+        }
+        let middle = self.at(0.5 * (left.x + right.x));
+        [[left, middle], [middle, right]]
+            .map(|half| self.farthest(way, line, half, enough, halvings - 1))
+            .into_iter()
+            .fold(0.0, f64::max)
     }
-    let middle = 0.5 * (left.0 + right.0);
-    let middle = (middle, at(middle));
-    farthest(way, line, at, [left, middle], enough, halvings - 1).max(farthest(way, line, at, [middle, right], enough, halvings - 1))
 }
 
-fn assembled(way: &Way<'_>, breaks: &Breaks, knots: &[Knot]) -> Option<Found> {
-    let coords = |v: Vec3| Coords::xyz(v[0], v[1], v[2]);
-    let ends: Vec<HermiteEnd> = knots
-        .iter()
-        .map(|knot| HermiteEnd {
-            p: way.whole(coords(knot.p)),
-            d1: coords(knot.d1),
-            d2: coords(knot.d2),
-        })
-        .collect();
+/// The pieces of a curve with the moves under them.
+fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Found> {
+    let count = breaks.intervals();
+    let states: Vec<HermiteEnd> = states.iter().map(|state| way.whole(state)).collect();
     let mut found = Found {
-        pieces: Vec::with_capacity(breaks.intervals()),
-        ends: ends[1..].to_vec(),
-        places: Vec::with_capacity(breaks.intervals()),
+        pieces: Vec::with_capacity(count),
+        ends: states[1..].to_vec(),
+        places: Vec::with_capacity(count),
     };
     let mut line = 0;
-    for (pair, ends) in breaks.0.windows(2).zip(ends.windows(2)) {
-        let (a, b) = (pair[0], pair[1]);
-        let quintic = Quintic::hermite(ends[0], ends[1], b - a).ok()?;
-        while way.end_of(line) <= a && line + 1 < way.lines() {
+    for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
+        while way.end_of(line) <= w[0] && line + 1 < way.lines() {
             line += 1;
         }
-        let mut marks: Vec<Mark> = Vec::new();
-        let first: &Programmed = way.line(line);
+        let first = way.line(line);
         let (mut feed, mut heeds) = (first.feed, first.heeds);
-        let mut last = line;
-        loop {
-            let moved = way.line(last);
-            feed = feed.min(moved.feed);
-            heeds = heeds.max(moved.heeds);
-            marks.push(way.mark(last, a));
-            if way.end_of(last) >= b || last + 1 >= way.lines() {
-                break;
-            }
-            last += 1;
+        let mut marks = vec![way.mark(line, w[0])];
+        while way.end_of(line) < w[1] && line + 1 < way.lines() {
+            line += 1;
+            let next = way.line(line);
+            (feed, heeds) = (feed.min(next.feed), heeds.max(next.heeds));
+            marks.push(way.mark(line, w[0]));
         }
-        let ends = [marks.first().copied()?, marks.last().copied()?];
         found.pieces.push(Piece {
-            curve: Curve::Quintic(quintic),
-            marks: ends,
-            more: if marks.len() > 2 { marks.into() } else { Box::default() },
+            curve: Curve::Quintic(Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok()?),
+            marks: [*marks.first()?, *marks.last()?],
+            more: if marks.len() > 2 {
+                marks.into()
+            } else {
+                Box::default()
+            },
             feed,
             heeds,
             tool_mm: first.tool_mm,
         });
-        found.places.push(way.parameter(last, b));
+        found.places.push(way.parameter(line, w[1]));
     }
     Some(found)
 }
 
-/// Square of the distance of a point from a stretch of line.
+/// Square of the distance of a point from a straight stretch.
 fn square_to(point: Vec3, from: Vec3, to: Vec3) -> f64 {
     let (ab, ap) = (sub(to, from), sub(point, from));
     let square = dot(ab, ab);
@@ -324,6 +349,11 @@ fn square_to(point: Vec3, from: Vec3, to: Vec3) -> f64 {
     } else {
         0.0
     };
-    let off = sub(ap, ab.map(|c| c * part));
+    let off = along(ap, ab, -part);
     dot(off, off)
+}
+
+/// Coordinates of X Y Z.
+fn linear(place: Vec3) -> Coords {
+    Coords::xyz(place[0], place[1], place[2])
 }

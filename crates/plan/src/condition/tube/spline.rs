@@ -4,7 +4,9 @@
 //! first and the last break count four times, so that the spline begins and ends at its outermost
 //! coefficients. The third derivative is constant on each interval.
 
-use lostmotion_base::vec::Vec3;
+use super::linear;
+use lostmotion_base::vec::{Vec3, sub};
+use lostmotion_path::HermiteEnd;
 
 /// Coefficients that an interval takes.
 pub(super) const ORDER: usize = 4;
@@ -84,33 +86,54 @@ impl Breaks {
         rows[0]
     }
 
-    /// First and second derivative at break k from the coefficients.
-    pub(super) fn derivatives(&self, coefficients: &[Vec3], k: usize) -> [Vec3; 2] {
-        let at = |d: isize| self.at(k as isize + d);
-        let difference = |i: usize, span: f64, factor: f64| -> Vec3 {
-            let (a, b) = (&coefficients[i], &coefficients[i + 1]);
-            std::array::from_fn(|axis| (b[axis] - a[axis]) * (factor / span))
-        };
-        if k == self.intervals() {
-            // At the end only the last differences count.
-            let (inner, first) = (
-                difference(k, at(0) - at(-2), 3.0),
-                difference(k + 1, at(0) - at(-1), 3.0),
-            );
-            let factor = 2.0 / (at(0) - at(-1));
-            let second = std::array::from_fn(|axis| (first[axis] - inner[axis]) * factor);
-            return [first, second];
+    /// Widths of the first two intervals.
+    pub(super) fn first_widths(&self) -> Option<[f64; 2]> {
+        match self.0.as_slice() {
+            [a, b, c, ..] => Some([b - a, c - b]),
+            _ => None,
         }
-        // Coefficients of the first derivative around the break.
-        let (before, after) = (
-            difference(k, at(1) - at(-2), 3.0),
-            difference(k + 1, at(2) - at(-1), 3.0),
+    }
+
+    /// Widths of the last two intervals, the last one first.
+    pub(super) fn last_widths(&self) -> Option<[f64; 2]> {
+        match self.0.as_slice() {
+            [.., a, b, c] => Some([c - b, b - a]),
+            _ => None,
+        }
+    }
+
+    /// Places and derivatives at the breaks.
+    pub(super) fn states(&self, coefficients: &[Vec3]) -> Vec<HermiteEnd> {
+        (0..self.0.len())
+            .map(|k| {
+                let interval = k.min(self.intervals() - 1);
+                let basis = self.basis(interval, self.0[k]);
+                let [d1, d2] = self.derivatives(coefficients, k);
+                HermiteEnd {
+                    p: linear(combined(&coefficients[interval..interval + ORDER], &basis)),
+                    d1: linear(d1),
+                    d2: linear(d2),
+                }
+            })
+            .collect()
+    }
+
+    /// First and second derivative at break k.
+    fn derivatives(&self, coefficients: &[Vec3], k: usize) -> [Vec3; 2] {
+        let at = |d: isize| self.at(k as isize + d);
+        let slope = |i: usize, span: f64| sub(coefficients[i + 1], coefficients[i]).map(|c| c * (3.0 / span));
+        // Coefficients of the first derivative on both sides of the break; at the end the last one
+        // is the derivative.
+        let is_end = k == self.intervals();
+        let after = if is_end { 0 } else { 1 };
+        let (first, second) = (
+            slope(k, at(after) - at(-2)),
+            slope(k + 1, at(after + after) - at(-1)),
         );
-        let span = at(1) - at(-1);
-        let (left, right) = ((at(1) - at(0)) / span, (at(0) - at(-1)) / span);
-        let first = std::array::from_fn(|axis| before[axis] * left + after[axis] * right);
-        let second = std::array::from_fn(|axis| (after[axis] - before[axis]) * (2.0 / span));
-        [first, second]
+        let span = at(after) - at(-1);
+        let bend = sub(second, first).map(|c| c * (2.0 / span));
+        let part = (at(0) - at(-1)) / span;
+        [std::array::from_fn(|axis| first[axis] + (second[axis] - first[axis]) * part), bend]
     }
 }
 

@@ -9,7 +9,7 @@ use super::spline::Breaks;
 use super::square_to;
 use crate::piece::{Mark, Programmed};
 use lostmotion_base::vec::{Vec3, dot, norm, sub};
-use lostmotion_base::{Coords, math};
+use lostmotion_path::HermiteEnd;
 
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
@@ -117,11 +117,11 @@ impl<'a> Way<'a> {
         self.kept.iter().map(|k| self.w[*k])
     }
 
-    /// A place with the coordinates that no line changes.
-    pub(super) fn whole(&self, place: Coords) -> Coords {
-        let mut whole = self.lines[0].curve.start();
-        whole.0[..3].copy_from_slice(&place.0[..3]);
-        whole
+    /// A state with the coordinates that no line changes.
+    pub(super) fn whole(&self, state: &HermiteEnd) -> HermiteEnd {
+        let mut p = self.lines[0].curve.start();
+        p.0[..3].copy_from_slice(&state.p.0[..3]);
+        HermiteEnd { p, ..*state }
     }
 
     /// Programmed parameters at the ends of line k.
@@ -171,7 +171,7 @@ impl<'a> Way<'a> {
                 let [a, b, c] = [three[0], three[1], three[2]].map(|k| self.vertices[k]);
                 let (d, e) = (sub(b, a), sub(c, b));
                 let turn = turned(d, e);
-                let step = crate::param("CSTEP", CORNER_STEP) * self.vertex_tolerance(three[1]) / turn;
+                let step = CORNER_STEP * self.vertex_tolerance(three[1]) / turn;
                 (turn > 0.0).then(|| [self.w[three[1]], step])
             });
         corners.extend(inner);
@@ -193,7 +193,7 @@ impl<'a> Way<'a> {
             let from = next.saturating_sub(3);
             corners[from..corners.len().min(next + 5)]
                 .iter()
-                .map(|[at, step]| step + crate::param("GROWTH", STEP_GROWTH) * (w - at).abs())
+                .map(|[at, step]| step + STEP_GROWTH * (w - at).abs())
                 .fold(0.25 * end, f64::min)
         };
         while w < end {
