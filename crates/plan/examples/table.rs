@@ -84,6 +84,32 @@ fn surfacing() -> Program {
     }
     program
 }
+fn drawn(seed: u64) -> Program {
+    let mut dice = Dice::seeded(seed ^ 0x7A11);
+    let p = dice.spread(0.002, 0.1);
+    let mut program = Program::new(continuous(p), dice.between(20.0, 100.0));
+    let mut heading = 0.0;
+    for _ in 0..4 {
+        let kind = dice.roll();
+        let (l, turn) = (dice.spread(0.005, 5.0), dice.spread(0.005, 0.7));
+        let n = (dice.spread(5.0, 60.0)) as usize;
+        let grid = dice.one_of(&[0.0, 0.0, 1e-3, 2.54e-3]);
+        let q = |v: f64| if grid > 0.0 { (v / grid).round() * grid } else { v };
+        let side = dice.one_of(&[-1.0, 1.0]);
+        for k in 0..n {
+            heading += match kind {
+                k2 if k2 < 0.3 => side * turn,
+                k2 if k2 < 0.6 => turn * if k % 2 == 0 { 1.0 } else { -1.0 },
+                _ => dice.between(-turn, turn),
+            };
+            let [x, y, z] = program.here.linear();
+            let (sin, cos) = math::sin_cos(heading);
+            program.line(q(x + l * cos), q(y + l * sin), z);
+        }
+        if dice.roll() < 0.3 { heading += dice.between(-2.0, 2.0); }
+    }
+    program
+}
 fn main() {
     let repeat: usize = std::env::var("REPEAT").map_or(1, |v| v.parse().unwrap());
     let filter = std::env::args().nth(1).unwrap_or_default();
@@ -122,6 +148,10 @@ fn main() {
         cases.push((format!("elbow {p}"), program));
     }
     cases.push(("surfacing".into(), surfacing()));
+    if filter.starts_with("random") {
+    for seed in 0..400 { cases.push((format!("random plain {seed}"), common::generate::plain(seed).program)); }
+    for seed in 0..400 { cases.push((format!("random drawn {seed}"), drawn(seed))); }
+    }
     for (turn, rotation) in [(60.0, 0.0), (60.0, 20.0), (60.0, 45.0), (45.0, 0.0), (45.0, 20.0), (30.0, 0.0), (30.0, 20.0)] {
         let mut program = Program::new(continuous(0.01), 60.0);
         let a = f64::to_radians(rotation);

@@ -17,6 +17,10 @@ use lostmotion_path::Curve;
 /// counting none and all of it.
 const SOFT_SHARE: f64 = 0.5;
 
+/// Part of the time between a profile without a jerk limit and the averaged one that counts. Tuned
+/// on single corners of 5 to 60 degrees, 1 to 40 mm, within 1 to 100 um.
+const AVERAGED_SHARE: f64 = 0.8;
+
 /// Decides by time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TimeJudge<'a> {
@@ -81,26 +85,7 @@ impl Judge for TimeJudge<'_> {
 
     fn time_s(&self, steps: &[PathStep]) -> f64 {
         let mut builder = Intervals::new(self.machine.longest_window_s());
-        let (mut time, mut saved, mut from) = (0.0, 0.0, f64::INFINITY);
-        let mut stretch = |builder: &mut Intervals, intervals: &mut Vec<Interval>| {
-            builder.finish(intervals);
-            if let (Some(first), Some(last)) = (intervals.first(), intervals.last()) {
-                let start = first.cap.min(from);
-                let (start, end) = (Node::new(0.0, start * start), Node::new(last.end, 0.0));
-                let window = self.machine.longest_window_s();
-                let of = |part: f64| {
-                    let window_s = part * window;
-                    let task = Task { machine: self.machine, intervals, from: 0.0, speed_squared: 0.0, complete: true, window_s };
-                    duration_s(&plan(&task).nodes) + window_s
-                };
-                let from = Node::new(0.0, 0.0);
-                let w = 0.8;
-                time += w * of(1.0).min(of(0.5)) + (1.0 - w) * (duration_s(&ideal(self.machine, intervals, from, end)) + window);
-            }
-            from = 0.0;
-            intervals.clear();
-        };
-        let mut intervals = Vec::new();
+        let (mut time, mut intervals) = (0.0, Vec::new());
         for (k, step) in steps.iter().enumerate() {
             match step {
                 PathStep::Piece(piece) => {
@@ -113,20 +98,22 @@ impl Judge for TimeJudge<'_> {
                     }
                 }
                 PathStep::Stop(stop) => {
-                    stretch(&mut builder, &mut intervals);
+                    builder.finish(&mut intervals);
+                    time += self.stretch_s(&intervals);
+                    intervals.clear();
+                    let around = [k.checked_sub(1), Some(k + 1)].map(|k| steps.get(k?));
                     if let (
                         Some(tolerance),
-                        Some(PathStep::Piece(before)),
-                        Some(PathStep::Piece(next)),
-                    ) = (stop.tolerance, steps.get(k.wrapping_sub(1)), steps.get(k + 1))
+                        [Some(PathStep::Piece(before)), Some(PathStep::Piece(next))],
+                    ) = (stop.tolerance, around)
                     {
-                        saved += self.rounding_s(before, next, tolerance);
+                        time -= self.rounding_s(before, next, tolerance);
                     }
                 }
             }
         }
-        stretch(&mut builder, &mut intervals);
-        time - saved
+        builder.finish(&mut intervals);
+        time + self.stretch_s(&intervals)
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
@@ -137,6 +124,30 @@ impl Judge for TimeJudge<'_> {
 }
 
 impl TimeJudge<'_> {
+    /// About how long the path from rest to rest takes, s. The averaged profile alone is too slow,
+    /// the one without a jerk limit too fast.
+    fn stretch_s(&self, intervals: &[Interval]) -> f64 {
+        let Some(last) = intervals.last() else {
+            return 0.0;
+        };
+        let window = self.machine.longest_window_s();
+        let averaged = |window_s: f64| {
+            let task = Task {
+                machine: self.machine,
+                intervals,
+                from: 0.0,
+                speed_squared: 0.0,
+                complete: true,
+                window_s,
+            };
+            duration_s(&plan(&task).nodes) + window_s
+        };
+        let (from, to) = (Node::new(0.0, 0.0), Node::new(last.end, 0.0));
+        let averaged = averaged(window).min(averaged(0.5 * window));
+        let ideal = duration_s(&ideal(self.machine, intervals, from, to)) + window;
+        ideal + AVERAGED_SHARE * (averaged - ideal)
+    }
+
     /// About how long the motions along two pieces overlap at a corner rounded in time, s.
     fn rounding_s(&self, before: &Piece, next: &Piece, tolerance: f64) -> f64 {
         let (Curve::Line(a), Curve::Line(b)) = (&before.curve, &next.curve) else {

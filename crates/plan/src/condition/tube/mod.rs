@@ -15,7 +15,7 @@ use fit::{Fit, Site};
 use lostmotion_base::Coords;
 use lostmotion_base::vec::{Vec3, along, dot, norm, sub};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
-use spline::{Breaks, ORDER, combined};
+use spline::Breaks;
 pub(super) use way::Way;
 
 /// Part of the tolerance that the curve is aimed at at its sites. A choice: what lies between two

@@ -17,6 +17,9 @@ const THINNED_PART: f64 = 0.5;
 const CORNER_STEP: f64 = 2.0;
 /// The same where the curve begins or ends in a given direction.
 const END_STEP: f64 = 1.0;
+/// Part of the way between its neighbours that a break keeps from either when it is moved. A choice:
+/// less makes the spline ill-conditioned.
+const LEAST_ROOM: f64 = 0.15;
 /// Growth of the distance of breaks with the way from the corner. Measured.
 const STEP_GROWTH: f64 = 0.35;
 
@@ -213,7 +216,30 @@ impl<'a> Way<'a> {
         }
         let mut breaks: Vec<f64> = walk.iter().map(|[w, _]| *w).collect();
         breaks.push(end);
+        self.snap(&mut breaks);
         Some(Breaks(breaks))
+    }
+
+    /// Moves breaks to where the feed changes: a piece goes at the least feed under it.
+    fn snap(&self, breaks: &mut [f64]) {
+        let mut k = 1;
+        for (pair, w) in self.lines.windows(2).zip(&self.w[1..]) {
+            if pair[0].feed == pair[1].feed && pair[0].heeds == pair[1].heeds {
+                continue;
+            }
+            while k + 1 < breaks.len() && breaks[k] < *w {
+                k += 1;
+            }
+            // The nearer one of the two around it, but for the ends, where that leaves room.
+            let near = if w - breaks[k - 1] < breaks[k] - w { k - 1 } else { k };
+            if near > 0
+                && near + 1 < breaks.len()
+                && (w - breaks[near - 1]).min(breaks[near + 1] - w)
+                    > LEAST_ROOM * (breaks[near + 1] - breaks[near - 1])
+            {
+                breaks[near] = *w;
+            }
+        }
     }
 }
 
