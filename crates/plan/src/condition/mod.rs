@@ -222,7 +222,10 @@ impl Conditioner {
                 let rest = found.pieces.split_off(done);
                 let (line, s) = found.places[done - 1];
                 emit(found.pieces, out);
-                self.taken = Taken::Curve { state: found.ends[done - 1], rest };
+                self.taken = Taken::Curve {
+                    state: found.ends[done - 1],
+                    rest,
+                };
                 self.from = s;
                 self.section.drain(..line);
                 self.due = 2 * self.section.len();
@@ -237,7 +240,11 @@ impl Conditioner {
         emit(rest, out);
         out.push(PathStep::Stop(Stop::default()));
         self.joiner.forget();
-        for line in self.section.iter().filter(|line| done.is_none_or(|done| line.segment > done)) {
+        for line in self
+            .section
+            .iter()
+            .filter(|line| done.is_none_or(|done| line.segment > done))
+        {
             self.joiner.push(line, judge, out);
         }
         self.section.drain(..self.section.len() - 1);
@@ -293,7 +300,12 @@ impl Conditioner {
         };
         let mut curve = Vec::new();
         self.joiner.clone().lead_in_to(from, &mut curve);
-        curve.extend(found.pieces.iter().map(|piece| PathStep::Piece(Arc::new(piece.clone()))));
+        curve.extend(
+            found
+                .pieces
+                .iter()
+                .map(|piece| PathStep::Piece(Arc::new(piece.clone()))),
+        );
         if to < last.length {
             curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }
@@ -307,5 +319,9 @@ impl Conditioner {
 }
 
 fn emit(pieces: Vec<Piece>, out: &mut Vec<PathStep>) {
-    out.extend(pieces.into_iter().map(|piece| PathStep::Piece(Arc::new(piece))));
+    out.extend(
+        pieces
+            .into_iter()
+            .map(|piece| PathStep::Piece(Arc::new(piece))),
+    );
 }

@@ -78,14 +78,14 @@ fn distance(point: Coords, curves: impl Iterator<Item = Curve>) -> f64 {
 
 /// What an outsider finds: limits by differences; both sides of the tube against the lines alone,
 /// those that a sample names and those beside them; every vertex against the chords of the samples;
-/// feed; provenance.
-fn judge(program: &Program, samples: &[Sample], tolerance: f64) {
+/// feed; the place that each names is within `named` tolerances.
+fn judge(program: &Program, samples: &[Sample], tolerance: f64, named: f64) {
     assert_limits(samples, &[Some(LIMITS); 3]);
     let moves = &program.moves;
     for sample in samples {
         let k = sample.segment as usize;
-        let named = moves[k].curve.point(sample.s);
-        let off = (named - sample.position).linear_norm();
+        let place = moves[k].curve.point(sample.s);
+        let off = (place - sample.position).linear_norm();
         let near = k.saturating_sub(2)..moves.len().min(k + 3);
         let side = distance(sample.position, moves[near].iter().map(|m| m.curve));
         assert!(
@@ -93,17 +93,31 @@ fn judge(program: &Program, samples: &[Sample], tolerance: f64) {
             "{side} mm beside line {k} of {tolerance}"
         );
         // The place that is named is one on the way, not just any.
-        assert!(off <= 2.0 * tolerance + 1e-9, "{off} mm from {k} {}", sample.s);
+        assert!(
+            off <= named * tolerance + 1e-9,
+            "{off} mm from {k} {}",
+            sample.s
+        );
         if let FeedLimit::PerSecond(feed) = moves[k].feed {
-            assert!(sample.velocity.linear_norm() <= feed * (1.0 + 1e-6));
+            let speed = sample.velocity.linear_norm();
+            assert!(
+                speed <= feed * (1.0 + 1e-5),
+                "{speed} of {feed} on line {k} at {} of {}",
+                sample.s,
+                moves[k].curve.length()
+            );
         }
     }
-    assert!(samples.windows(2).all(|pair| pair[0].segment <= pair[1].segment));
+    assert!(
+        samples
+            .windows(2)
+            .all(|pair| pair[0].segment <= pair[1].segment)
+    );
     // Both axes at their acceleration leave the chord of two samples by a T^2 / 8.
     let sagitta = 1.5 * LIMITS.acceleration * 1e-6 / 8.0;
     let mut from = 0;
     for (k, vertex) in moves.iter().map(|m| m.curve.end()).enumerate() {
-        while from + 1 < samples.len() && (samples[from].segment as usize) + 3 < k {
+        while from + 1 < samples.len() && (samples[from + 1].segment as usize) + 3 < k {
             from += 1;
         }
         let legs = samples[from..].windows(2);
@@ -136,7 +150,7 @@ fn coarse_chords_take_the_time_of_their_circle() {
     ] {
         let program = chords(radius, in_a_turn, 3, tolerance, 0.0);
         let samples = program.run();
-        judge(&program, &samples, tolerance);
+        judge(&program, &samples, tolerance, 1.02);
         let (time, arc) = (seconds(&samples), arcs(radius, 3));
         assert!(
             time <= 1.02 * arc,
@@ -161,7 +175,10 @@ fn dense_points_take_the_time_of_their_circle() {
         let samples = program.run();
         assert_limits(&samples, &[Some(LIMITS); 3]);
         let time = seconds(&samples);
-        assert!(time <= 1.02 * arc, "every {step} mm on {grid}: {time}, as an arc {arc}");
+        assert!(
+            time <= 1.02 * arc,
+            "every {step} mm on {grid}: {time}, as an arc {arc}"
+        );
         for sample in &samples {
             let [x, y, _] = sample.position.linear();
             let off = (math::hypot(x, y - 20.0) - 20.0).abs();
@@ -182,7 +199,7 @@ fn zigzags_swing_across_the_tube() {
     ] {
         let program = zigzag(2.0, degrees, 60, 0.01);
         let samples = program.run();
-        judge(&program, &samples, 0.01);
+        judge(&program, &samples, 0.01, 1.02);
         let corner_ms = 1e3 * seconds(&samples) / 60.0;
         assert!(
             corner_ms <= factor * least_ms,
@@ -240,7 +257,7 @@ fn drawn(seed: u64) -> (Program, f64) {
 fn limits_tube_and_vertices_hold_on_lines_of_any_kind() {
     for seed in 0..400 {
         let (program, tolerance) = drawn(seed);
-        judge(&program, &program.run(), tolerance);
+        judge(&program, &program.run(), tolerance, 8.0);
     }
 }
 
@@ -248,7 +265,7 @@ fn limits_tube_and_vertices_hold_on_lines_of_any_kind() {
 fn so_they_do_at_nearly_the_least_time() {
     for seed in 1000..1012 {
         let (program, tolerance) = drawn(seed);
-        judge(&program, &program.run_with(optimal()), tolerance);
+        judge(&program, &program.run_with(optimal()), tolerance, 8.0);
     }
 }
 
@@ -263,7 +280,7 @@ fn long_stretches_are_found_in_parts() {
         program.line(x, 3.0 * math::sin(0.2 * x) + noise, 0.0);
     }
     let samples = program.run();
-    judge(&program, &samples, 0.01);
+    judge(&program, &samples, 0.01, 1.02);
     // 300 mm at the feed, a little longer by the sine, start and stop.
     let time = seconds(&samples);
     assert!(time < 1.04 * 3.28 + 0.15, "{time}");
@@ -279,7 +296,7 @@ fn a_change_of_feed_counts_from_its_line_on() {
         }
         let items = program.moves.iter().map(|m| PlanItem::Move(*m));
         let samples = run(three_axes(), cartesian(), Coords::ZERO, items);
-        judge(&program, &samples, 0.01);
+        judge(&program, &samples, 0.01, 1.02);
         seconds(&samples)
     };
     // 100 lines of 0.314 mm at 20 instead of 100 mm/s: 1.256 s more, and the ramps.
@@ -294,8 +311,7 @@ fn memory_is_bounded() {
         window_pieces: 256,
         ..three_axes()
     };
-    let mut planner =
-        lostmotion_plan::Planner::new(config, cartesian(), Coords::ZERO).unwrap();
+    let mut planner = lostmotion_plan::Planner::new(config, cartesian(), Coords::ZERO).unwrap();
     let mut samples = Vec::new();
     let mut held = 0;
     for m in &chords(5.0, 50, 100, 0.01, 0.0).moves {

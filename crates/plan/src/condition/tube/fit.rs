@@ -46,13 +46,7 @@ pub(super) struct Site {
 }
 
 impl Site {
-    pub(super) fn new(
-        breaks: &Breaks,
-        interval: usize,
-        w: f64,
-        place: Vec3,
-        radius: f64,
-    ) -> Site {
+    pub(super) fn new(breaks: &Breaks, interval: usize, w: f64, place: Vec3, radius: f64) -> Site {
         Site {
             w,
             interval,

@@ -80,13 +80,16 @@ pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
 pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
     let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
-    let mut coefficients: Vec<Vec3> = (0..count)
-        .map(|j| way.place(breaks.greville(j)))
-        .collect();
+    let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
     // Other vertices may share the parameter of an end.
     coefficients[0] = way.vertex(0);
     coefficients[count - 1] = way.vertex(way.lines());
-    let head = tie(ties[0], 1.0, breaks.first_widths()?, coefficients.iter_mut());
+    let head = tie(
+        ties[0],
+        1.0,
+        breaks.first_widths()?,
+        coefficients.iter_mut(),
+    );
     let tail = tie(
         ties[1],
         -1.0,
@@ -264,9 +267,7 @@ impl Cubic {
         let Cubic { p, d1, d2, d3 } = self;
         CubicPlace {
             x,
-            p: std::array::from_fn(|i| {
-                p[i] + (d1[i] + (0.5 * d2[i] + d3[i] / 6.0 * x) * x) * x
-            }),
+            p: std::array::from_fn(|i| p[i] + (d1[i] + (0.5 * d2[i] + d3[i] / 6.0 * x) * x) * x),
             d1: std::array::from_fn(|i| d1[i] + (d2[i] + 0.5 * d3[i] * x) * x),
         }
     }

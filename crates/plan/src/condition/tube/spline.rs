@@ -121,7 +121,9 @@ impl Breaks {
     /// First and second derivative at break k.
     fn derivatives(&self, coefficients: &[Vec3], k: usize) -> [Vec3; 2] {
         let at = |d: isize| self.at(k as isize + d);
-        let slope = |i: usize, span: f64| sub(coefficients[i + 1], coefficients[i]).map(|c| c * (3.0 / span));
+        let slope = |i: usize, span: f64| {
+            sub(coefficients[i + 1], coefficients[i]).map(|c| c * (3.0 / span))
+        };
         // Coefficients of the first derivative on both sides of the break; at the end the last one
         // is the derivative.
         let is_end = k == self.intervals();
@@ -133,7 +135,10 @@ impl Breaks {
         let span = at(after) - at(-1);
         let bend = sub(second, first).map(|c| c * (2.0 / span));
         let part = (at(0) - at(-1)) / span;
-        [std::array::from_fn(|axis| first[axis] + (second[axis] - first[axis]) * part), bend]
+        [
+            std::array::from_fn(|axis| first[axis] + (second[axis] - first[axis]) * part),
+            bend,
+        ]
     }
 }
 
@@ -176,13 +181,22 @@ mod tests {
             let w = 0.01 * f64::from(step);
             let k = breaks.interval(w);
             let [x, y, z] = combined(&coefficients[k..k + ORDER], &breaks.basis(k, w));
-            assert!((x - (w * w * w - 2.0 * w * w + w)).abs() < 1e-14, "{w}: {x}");
+            assert!(
+                (x - (w * w * w - 2.0 * w * w + w)).abs() < 1e-14,
+                "{w}: {x}"
+            );
             assert!((y - w).abs() < 1e-14 && (z - 1.0).abs() < 1e-14);
         }
         for (k, w) in breaks.0.iter().enumerate() {
             let [first, second] = breaks.derivatives(&coefficients, k);
-            assert!((first[0] - (3.0 * w * w - 4.0 * w + 1.0)).abs() < 1e-12, "{w} {first:?}");
-            assert!((second[0] - (6.0 * w - 4.0)).abs() < 1e-12, "{w} {second:?}");
+            assert!(
+                (first[0] - (3.0 * w * w - 4.0 * w + 1.0)).abs() < 1e-12,
+                "{w} {first:?}"
+            );
+            assert!(
+                (second[0] - (6.0 * w - 4.0)).abs() < 1e-12,
+                "{w} {second:?}"
+            );
             assert!((first[1] - 1.0).abs() < 1e-13 && second[1].abs() < 1e-12);
         }
         for k in 0..breaks.intervals() {

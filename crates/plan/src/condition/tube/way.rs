@@ -40,11 +40,20 @@ pub(in crate::condition) struct Way<'a> {
 
 impl<'a> Way<'a> {
     /// The lines from a parameter on the first to one on the last, each with its tolerance.
-    pub(in crate::condition) fn new(lines: &'a [Programmed], from: f64, to: f64, tolerances: Vec<f64>) -> Option<Way<'a>> {
+    pub(in crate::condition) fn new(
+        lines: &'a [Programmed],
+        from: f64,
+        to: f64,
+        tolerances: Vec<f64>,
+    ) -> Option<Way<'a>> {
         let (first, last) = (lines.first()?, lines.last()?);
         let mut vertices = Vec::with_capacity(lines.len() + 1);
         vertices.push(first.curve.point(from).linear());
-        vertices.extend(lines[..lines.len() - 1].iter().map(|line| line.curve.end().linear()));
+        vertices.extend(
+            lines[..lines.len() - 1]
+                .iter()
+                .map(|line| line.curve.end().linear()),
+        );
         vertices.push(last.curve.point(to).linear());
         let least = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
         let kept = thinned(&vertices, THINNED_PART * least);
@@ -60,7 +69,15 @@ impl<'a> Way<'a> {
             }
             w[pair[1]] = start + length;
         }
-        Some(Way { lines, from, to, vertices, w, kept, tolerances })
+        Some(Way {
+            lines,
+            from,
+            to,
+            vertices,
+            w,
+            kept,
+            tolerances,
+        })
     }
 
     pub(super) fn lines(&self) -> usize {
@@ -86,18 +103,27 @@ impl<'a> Way<'a> {
 
     pub(super) fn vertex_tolerance(&self, k: usize) -> f64 {
         let before = self.tolerances[k.saturating_sub(1)];
-        self.tolerances.get(k).map_or(before, |next| next.min(before))
+        self.tolerances
+            .get(k)
+            .map_or(before, |next| next.min(before))
     }
 
     /// Distance of the farthest of some points from line k.
     pub(super) fn off(&self, k: usize, points: [Vec3; 4]) -> f64 {
         let (a, b) = (self.vertices[k], self.vertices[k + 1]);
-        points.into_iter().map(|p| square_to(p, a, b)).fold(0.0, f64::max).sqrt()
+        points
+            .into_iter()
+            .map(|p| square_to(p, a, b))
+            .fold(0.0, f64::max)
+            .sqrt()
     }
 
     /// The line that holds a parameter.
     fn at(&self, w: f64) -> usize {
-        self.w.partition_point(|at| *at <= w).clamp(1, self.lines.len()) - 1
+        self.w
+            .partition_point(|at| *at <= w)
+            .clamp(1, self.lines.len())
+            - 1
     }
 
     /// The programmed place at a parameter.
@@ -105,14 +131,22 @@ impl<'a> Way<'a> {
         let k = self.at(w);
         let (a, b) = (self.vertices[k], self.vertices[k + 1]);
         let span = self.w[k + 1] - self.w[k];
-        let part = if span > 0.0 { ((w - self.w[k]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        let part = if span > 0.0 {
+            ((w - self.w[k]) / span).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part)
     }
 
     /// The tolerance at a parameter: the lesser one at a vertex.
     pub(super) fn tolerance(&self, w: f64) -> f64 {
         let k = self.at(w);
-        if self.w[k] == w { self.vertex_tolerance(k) } else { self.tolerances[k] }
+        if self.w[k] == w {
+            self.vertex_tolerance(k)
+        } else {
+            self.tolerances[k]
+        }
     }
 
     /// The thinned vertices between the ends.
@@ -130,7 +164,11 @@ impl<'a> Way<'a> {
     /// Programmed parameters at the ends of line k.
     fn ends(&self, k: usize) -> [f64; 2] {
         let from = if k == 0 { self.from } else { 0.0 };
-        let to = if k + 1 == self.lines.len() { self.to } else { self.lines[k].length };
+        let to = if k + 1 == self.lines.len() {
+            self.to
+        } else {
+            self.lines[k].length
+        };
         [from, to]
     }
 
@@ -145,7 +183,10 @@ impl<'a> Way<'a> {
     pub(super) fn mark(&self, k: usize, start: f64) -> Mark {
         let rate = self.rate(k);
         let s = self.ends(k)[0] + rate * (start - self.w[k]).max(0.0);
-        Mark { rate, ..self.lines[k].mark((self.w[k] - start).max(0.0), s) }
+        Mark {
+            rate,
+            ..self.lines[k].mark((self.w[k] - start).max(0.0), s)
+        }
     }
 
     /// The line and the parameter on it, given the line that holds it.
@@ -167,16 +208,13 @@ impl<'a> Way<'a> {
             let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
             corners.push([0.0, END_STEP * self.vertex_tolerance(0) / turn]);
         }
-        let inner = self
-            .kept
-            .windows(3)
-            .filter_map(|three| {
-                let [a, b, c] = [three[0], three[1], three[2]].map(|k| self.vertices[k]);
-                let (d, e) = (sub(b, a), sub(c, b));
-                let turn = turned(d, e);
-                let step = CORNER_STEP * self.vertex_tolerance(three[1]) / turn;
-                (turn > 0.0).then(|| [self.w[three[1]], step])
-            });
+        let inner = self.kept.windows(3).filter_map(|three| {
+            let [a, b, c] = [three[0], three[1], three[2]].map(|k| self.vertices[k]);
+            let (d, e) = (sub(b, a), sub(c, b));
+            let turn = turned(d, e);
+            let step = CORNER_STEP * self.vertex_tolerance(three[1]) / turn;
+            (turn > 0.0).then(|| [self.w[three[1]], step])
+        });
         corners.extend(inner);
         if let (Some(given), [.., a, b]) = (ends[1], self.kept.as_slice()) {
             let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
@@ -231,7 +269,11 @@ impl<'a> Way<'a> {
                 k += 1;
             }
             // The nearer one of the two around it, but for the ends, where that leaves room.
-            let near = if w - breaks[k - 1] < breaks[k] - w { k - 1 } else { k };
+            let near = if w - breaks[k - 1] < breaks[k] - w {
+                k - 1
+            } else {
+                k
+            };
             if near > 0
                 && near + 1 < breaks.len()
                 && (w - breaks[near - 1]).min(breaks[near + 1] - w)
