@@ -315,8 +315,16 @@ mod tests {
         let breaks = Breaks((0..=12).map(|k| 0.5 * f64::from(k)).collect());
         let count = breaks.coefficients();
         let fit = Fit::new(&breaks, 1..count - 1);
-        let mut coefficients: Vec<Vec3> =
-            (0..count).map(|j| [breaks.greville(j), 0.0, 0.0]).collect();
+        let height = |w: f64| match w {
+            w if w <= 0.0 || w >= 6.0 => 0.0,
+            w if w < 2.0 => 0.5,
+            w if w < 3.6 => -0.4,
+            _ => 0.3,
+        };
+        let mut coefficients: Vec<Vec3> = (0..count)
+            .map(|j| breaks.greville(j))
+            .map(|w| [w, height(w), 0.0])
+            .collect();
         let mut sites: Vec<Site> = [(1.2, 0.5), (2.9, -0.4), (4.4, 0.3)]
             .map(|(w, y)| Site::new(&breaks, breaks.interval(w), w, [w, y, 0.0], 0.1))
             .to_vec();
