@@ -24,14 +24,17 @@ use tube::{Found, Tie, Way};
 
 /// Lines of a section with which it is worked off. A choice: bounds memory.
 const SECTION_LINES: usize = 4096;
-/// Pieces of a curve with which it is worked off.
+/// Pieces of a curve with which it is worked off. A choice: bounds memory; longer parts have less
+/// that is found twice.
 const SECTION_PIECES: usize = 128;
-/// Pieces at its end that are found again with what follows.
+/// Pieces at its end that are found again with what follows. A choice: the smoothest curve inside a
+/// tube forgets what follows within a few turns from side to side, of about eight pieces each.
 const HELD_PIECES: usize = 40;
-/// Lines at which a section is looked at for the first time.
+/// Lines at which a section is looked at for the first time: how many more are needed then follows
+/// from their shape.
 const FIRST_LOOK: usize = 96;
-/// A curve is taken unless vertex by vertex takes less than this part of its time.
-const FASTER_PART: f64 = 1.0;
+/// Least number of lines from one look to the next. A choice: each looks at all lines.
+const NEXT_LOOK: usize = 16;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -43,7 +46,7 @@ enum Taken {
     /// As a curve, of which the beginning has been output.
     Curve {
         /// Its state there.
-        state: HermiteEnd,
+        state: Box<HermiteEnd>,
         /// What had been found from there on.
         rest: Vec<Piece>,
     },
@@ -106,7 +109,7 @@ impl Conditioner {
             Taken::Moves => {
                 self.joiner.push(next, judge, out);
                 self.section.clear();
-                self.section.push(*next);
+                self.section.extend([last, *next]);
             }
             Taken::Open | Taken::Curve { .. } => {
                 self.section.push(*next);
@@ -163,7 +166,7 @@ impl Conditioner {
             }
             Taken::Curve { state, rest } => {
                 let (to, end) = self.end(rests);
-                match self.find(self.from, Tie::State(state), to, end) {
+                match self.find(self.from, Tie::State(*state), to, end) {
                     Some(found) => {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
@@ -184,7 +187,7 @@ impl Conditioner {
             return;
         };
         let (from, start) = match &self.taken {
-            Taken::Curve { state, .. } => (self.from, Tie::State(*state)),
+            Taken::Curve { state, .. } => (self.from, Tie::State(**state)),
             _ => self.start(),
         };
         // More lines are needed for a curve of the usual length.
@@ -194,7 +197,7 @@ impl Conditioner {
         if pieces > 0 && pieces < SECTION_PIECES && self.section.len() < SECTION_LINES {
             let more = self.section.len() * SECTION_PIECES / pieces;
             self.due = (more + more / 8)
-                .max(self.section.len() + 16)
+                .max(self.section.len() + NEXT_LOOK)
                 .min(SECTION_LINES);
             return;
         }
@@ -223,12 +226,12 @@ impl Conditioner {
                 let (line, s) = found.places[done - 1];
                 emit(found.pieces, out);
                 self.taken = Taken::Curve {
-                    state: found.ends[done - 1],
+                    state: Box::new(found.ends[done - 1]),
                     rest,
                 };
                 self.from = s;
                 self.section.drain(..line);
-                self.due = 2 * self.section.len();
+                self.due = (2 * self.section.len()).max(NEXT_LOOK);
             }
         }
     }
@@ -314,7 +317,7 @@ impl Conditioner {
             joiner.push(line, judge, &mut moves);
         }
         joiner.stop(Stop::default(), judge, &mut moves);
-        judge.time_s(&curve) * FASTER_PART < judge.time_s(&moves)
+        judge.time_s(&curve) < judge.time_s(&moves)
     }
 }
 

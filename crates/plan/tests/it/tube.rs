@@ -101,7 +101,7 @@ fn judge(program: &Program, samples: &[Sample], tolerance: f64, named: f64) {
         if let FeedLimit::PerSecond(feed) = moves[k].feed {
             let speed = sample.velocity.linear_norm();
             assert!(
-                speed <= feed * (1.0 + 1e-5),
+                speed <= feed * 1.0001,
                 "{speed} of {feed} on line {k} at {} of {}",
                 sample.s,
                 moves[k].curve.length()

@@ -42,6 +42,8 @@ const HULL_HALVINGS: u32 = 3;
 const SITES: usize = 2;
 
 /// How the curve begins or ends.
+// On the stack for a moment, twice a curve.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Tie {
     /// At the programmed point, in any direction: the motion rests there, or the curve will be found

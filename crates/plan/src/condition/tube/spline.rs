@@ -52,13 +52,11 @@ impl Breaks {
         let mut basis = [1.0, 0.0, 0.0, 0.0];
         for degree in 1..ORDER {
             let mut carried = 0.0;
-            for r in 0..degree {
-                let (right, left) = (
-                    self.at(k + 1 + r as isize),
-                    self.at(k + 1 + r as isize - degree as isize),
-                );
-                let part = basis[r] / (right - left);
-                basis[r] = carried + (right - w) * part;
+            for (r, value) in basis.iter_mut().enumerate().take(degree) {
+                let right = self.at(k + 1 + r as isize);
+                let left = self.at(k + 1 + r as isize - degree as isize);
+                let part = *value / (right - left);
+                *value = carried + (right - w) * part;
                 carried = (w - left) * part;
             }
             basis[degree] = carried;
@@ -78,9 +76,8 @@ impl Breaks {
             for i in 0..degree {
                 let d = i as isize + 1;
                 let factor = degree as f64 / (at(d) - at(d - degree as isize));
-                for c in 0..ORDER {
-                    rows[i][c] = (rows[i + 1][c] - rows[i][c]) * factor;
-                }
+                let (row, next) = (rows[i], rows[i + 1]);
+                rows[i] = std::array::from_fn(|c| (next[c] - row[c]) * factor);
             }
         }
         rows[0]

@@ -14,7 +14,7 @@ use lostmotion_path::HermiteEnd;
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
 /// Distance of breaks at a corner, in units of the tolerance over the angle. Measured.
-const CORNER_STEP: f64 = 2.0;
+const CORNER_STEP: f64 = 1.0;
 /// The same where the curve begins or ends in a given direction.
 const END_STEP: f64 = 1.0;
 /// Part of the way between its neighbours that a break keeps from either when it is moved. A choice:
@@ -25,7 +25,7 @@ const STEP_GROWTH: f64 = 0.35;
 
 /// Lines with the parts of the first and the last one that belong to the curve.
 #[derive(Debug)]
-pub(in crate::condition) struct Way<'a> {
+pub(crate) struct Way<'a> {
     lines: &'a [Programmed],
     from: f64,
     to: f64,
@@ -40,7 +40,7 @@ pub(in crate::condition) struct Way<'a> {
 
 impl<'a> Way<'a> {
     /// The lines from a parameter on the first to one on the last, each with its tolerance.
-    pub(in crate::condition) fn new(
+    pub(crate) fn new(
         lines: &'a [Programmed],
         from: f64,
         to: f64,
@@ -220,7 +220,7 @@ impl<'a> Way<'a> {
             let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
             corners.push([end, END_STEP * self.vertex_tolerance(*b) / turn]);
         }
-        if !(end > 0.0) {
+        if end <= 0.0 {
             return None;
         }
         // Density 1 / h is integrated over a fine walk: h is the least of cones around the corners.
