@@ -76,10 +76,18 @@ fn distance(point: Coords, curves: impl Iterator<Item = Curve>) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
+/// Along a curve inside the tube each sample is where it says.
+const CURVE: [f64; 2] = [1.1, 1e-6];
+/// Blends, and corners that are rounded in time, say so to first order.
+const ANY: [f64; 2] = [8.0, 1e-6];
+/// Retimed samples lie between nominal ones, so that near a change of feed they are a little faster.
+const RETIMED: [f64; 2] = [8.0, 2e-3];
+
 /// What an outsider finds: limits by differences; both sides of the tube against the lines alone,
 /// those that a sample names and those beside them; every vertex against the chords of the samples;
-/// feed; the place that each names is within `named` tolerances.
-fn judge(program: &Program, samples: &[Sample], tolerance: f64, named: f64) {
+/// feed; the place that each sample names is within `named` tolerances of it, and the feed is passed
+/// by no more than the part `over`.
+fn judge(program: &Program, samples: &[Sample], tolerance: f64, [named, over]: [f64; 2]) {
     assert_limits(samples, &[Some(LIMITS); 3]);
     let moves = &program.moves;
     for sample in samples {
@@ -101,7 +109,7 @@ fn judge(program: &Program, samples: &[Sample], tolerance: f64, named: f64) {
         if let FeedLimit::PerSecond(feed) = moves[k].feed {
             let speed = sample.velocity.linear_norm();
             assert!(
-                speed <= feed * 1.0001,
+                speed <= feed * (1.0 + over),
                 "{speed} of {feed} on line {k} at {} of {}",
                 sample.s,
                 moves[k].curve.length()
@@ -150,7 +158,7 @@ fn coarse_chords_take_the_time_of_their_circle() {
     ] {
         let program = chords(radius, in_a_turn, 3, tolerance, 0.0);
         let samples = program.run();
-        judge(&program, &samples, tolerance, 1.1);
+        judge(&program, &samples, tolerance, CURVE);
         let (time, arc) = (seconds(&samples), arcs(radius, 3));
         assert!(
             time <= 1.02 * arc,
@@ -199,7 +207,7 @@ fn zigzags_swing_across_the_tube() {
     ] {
         let program = zigzag(2.0, degrees, 60, 0.01);
         let samples = program.run();
-        judge(&program, &samples, 0.01, 1.1);
+        judge(&program, &samples, 0.01, CURVE);
         let corner_ms = 1e3 * seconds(&samples) / 60.0;
         assert!(
             corner_ms <= factor * least_ms,
@@ -257,7 +265,7 @@ fn drawn(seed: u64) -> (Program, f64) {
 fn limits_tube_and_vertices_hold_on_lines_of_any_kind() {
     for seed in 0..400 {
         let (program, tolerance) = drawn(seed);
-        judge(&program, &program.run(), tolerance, 8.0);
+        judge(&program, &program.run(), tolerance, ANY);
     }
 }
 
@@ -265,7 +273,7 @@ fn limits_tube_and_vertices_hold_on_lines_of_any_kind() {
 fn so_they_do_at_nearly_the_least_time() {
     for seed in 1000..1012 {
         let (program, tolerance) = drawn(seed);
-        judge(&program, &program.run_with(optimal()), tolerance, 8.0);
+        judge(&program, &program.run_with(optimal()), tolerance, RETIMED);
     }
 }
 
@@ -280,7 +288,7 @@ fn long_stretches_are_found_in_parts() {
         program.line(x, 3.0 * math::sin(0.2 * x) + noise, 0.0);
     }
     let samples = program.run();
-    judge(&program, &samples, 0.01, 1.1);
+    judge(&program, &samples, 0.01, CURVE);
     // 300 mm at the feed, a little longer by the sine, start and stop.
     let time = seconds(&samples);
     assert!(time < 1.04 * 3.28 + 0.15, "{time}");
@@ -296,7 +304,7 @@ fn a_change_of_feed_counts_from_its_line_on() {
         }
         let items = program.moves.iter().map(|m| PlanItem::Move(*m));
         let samples = run(three_axes(), cartesian(), Coords::ZERO, items);
-        judge(&program, &samples, 0.01, 1.1);
+        judge(&program, &samples, 0.01, CURVE);
         seconds(&samples)
     };
     // 100 lines of 0.314 mm at 20 instead of 100 mm/s: 1.256 s more, and the ramps.
