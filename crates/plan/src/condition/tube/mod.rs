@@ -106,7 +106,7 @@ pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
     for round in 0..MAX_NARROWINGS {
         let settled = fit.solve(&mut coefficients, &mut sites);
         let states = breaks.states(&coefficients);
-        let excess = Excess::new(way, &breaks, &states);
+        let excess = TubeExcess::new(way, &breaks, &states);
         if excess.is_none() {
             return assembled(way, &breaks, &states);
         }
@@ -164,15 +164,15 @@ fn sites(way: &Way<'_>, breaks: &Breaks) -> Vec<Site> {
 
 /// Where a curve leaves the tube, by intervals, in parts of what is allowed.
 #[derive(Debug)]
-struct Excess {
+struct TubeExcess {
     sides: Vec<f64>,
     /// The vertex that is missed by most.
     vertices: Vec<(f64, usize)>,
 }
 
-impl Excess {
-    fn new(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Excess {
-        let mut excess = Excess {
+impl TubeExcess {
+    fn new(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> TubeExcess {
+        let mut excess = TubeExcess {
             sides: vec![0.0; breaks.intervals()],
             vertices: vec![(0.0, 0); breaks.intervals()],
         };
