@@ -2,10 +2,11 @@
 
 use crate::condition::Judge;
 use crate::corner::usual_overlap_s;
-use crate::demand::{Demand, Direction};
-use crate::intervals::demands;
+use crate::demand::{Demand, Direction, Interval};
+use crate::intervals::{Intervals, demands};
 use crate::machine::{Machine, NO_LIMIT};
-use crate::piece::{Piece, Programmed, Soft};
+use crate::piece::{PathStep, Piece, Programmed, Soft};
+use crate::profile::{Node, Task, duration_s, ideal, plan};
 use crate::soft;
 use lostmotion_base::Coords;
 use lostmotion_kinematics::{JointMap, Kinematics};
@@ -15,6 +16,10 @@ use lostmotion_path::Curve;
 /// speed at the corner is not known well enough to count all of it. A choice: half way between
 /// counting none and all of it.
 const SOFT_SHARE: f64 = 0.5;
+
+/// Part of the time between a profile without a jerk limit and the averaged one that counts. Tuned
+/// on single corners of 5 to 60 degrees, 1 to 40 mm, within 1 to 100 um.
+const AVERAGED_SHARE: f64 = 0.8;
 
 /// Decides by time.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +83,39 @@ impl Judge for TimeJudge<'_> {
         saved > own + self.overlap_s(before, next, tolerance, window, 0.5 * shorter)
     }
 
+    fn time_s(&self, steps: &[PathStep]) -> f64 {
+        let mut builder = Intervals::new(self.machine.longest_window_s());
+        let (mut time, mut intervals) = (0.0, Vec::new());
+        for (k, step) in steps.iter().enumerate() {
+            match step {
+                PathStep::Piece(piece) => {
+                    // A pose that the machine cannot take is told where the path is planned.
+                    if builder
+                        .push(piece, self.machine, self.kinematics, &mut intervals)
+                        .is_err()
+                    {
+                        return f64::INFINITY;
+                    }
+                }
+                PathStep::Stop(stop) => {
+                    builder.finish(&mut intervals);
+                    time += self.stretch_s(&intervals);
+                    intervals.clear();
+                    let around = [k.checked_sub(1), Some(k + 1)].map(|k| steps.get(k?));
+                    if let (
+                        Some(tolerance),
+                        [Some(PathStep::Piece(before)), Some(PathStep::Piece(next))],
+                    ) = (stop.tolerance, around)
+                    {
+                        time -= self.rounding_s(before, next, tolerance);
+                    }
+                }
+            }
+        }
+        builder.finish(&mut intervals);
+        time + self.stretch_s(&intervals)
+    }
+
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
         self.softened(before, next, tolerance)
             .filter(|_| self.softens)
@@ -86,6 +124,47 @@ impl Judge for TimeJudge<'_> {
 }
 
 impl TimeJudge<'_> {
+    /// About how long the path from rest to rest takes, s. The averaged profile alone is too slow,
+    /// the one without a jerk limit too fast.
+    fn stretch_s(&self, intervals: &[Interval]) -> f64 {
+        let Some(last) = intervals.last() else {
+            return 0.0;
+        };
+        let window = self.machine.longest_window_s();
+        let averaged = |window_s: f64| {
+            let task = Task {
+                machine: self.machine,
+                intervals,
+                from: 0.0,
+                speed_squared: 0.0,
+                complete: true,
+                window_s,
+            };
+            duration_s(&plan(&task).nodes) + window_s
+        };
+        let (from, to) = (Node::new(0.0, 0.0), Node::new(last.end, 0.0));
+        let averaged = averaged(window).min(averaged(0.5 * window));
+        let ideal = duration_s(&ideal(self.machine, intervals, from, to)) + window;
+        ideal + AVERAGED_SHARE * (averaged - ideal)
+    }
+
+    /// About how long the motions along two pieces overlap at a corner rounded in time, s.
+    fn rounding_s(&self, before: &Piece, next: &Piece, tolerance: f64) -> f64 {
+        let (Curve::Line(a), Curve::Line(b)) = (&before.curve, &next.curve) else {
+            return 0.0;
+        };
+        let window = self.machine.longest_window_s();
+        let most = |length: f64, feed: f64| 0.5 * (length / feed) + window;
+        let shorter = most(a.length(), before.feed).min(most(b.length(), next.feed));
+        usual_overlap_s(
+            self.machine,
+            [&a.direction(), &b.direction()],
+            tolerance,
+            window,
+            shorter,
+        )
+    }
+
     /// About how long the motions before and after a stop overlap, s.
     fn overlap_s(
         &self,

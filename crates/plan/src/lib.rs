@@ -2,9 +2,9 @@
 //!
 //! What happens to one move:
 //! 1. it is checked (finite, connected, inside the travel, every moving joint has limits);
-//! 2. the conditioner joins it to its neighbours: a blend within the tolerance, a smooth run in
-//!    place of many short lines, or a stop, so that between two stops the path has a continuous
-//!    second derivative;
+//! 2. the conditioner joins it to its neighbours: a smooth curve inside the tube of the program in
+//!    place of lines that meet at small angles, a blend within the tolerance, or a stop, so that
+//!    between two stops the path has a continuous second derivative;
 //! 3. bounds of every joint's derivatives along the path say how fast it may go;
 //! 4. the look-ahead window plans a speed profile and outputs what later moves cannot change;
 //! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where

@@ -4,7 +4,7 @@ use crate::Heeds;
 use lostmotion_base::units::deg;
 use lostmotion_base::vec::norm;
 use lostmotion_base::{BlockRef, Coords};
-use lostmotion_path::Curve;
+use lostmotion_path::{Curve, CurveDerivs, HermiteEnd};
 use std::sync::Arc;
 
 /// Which programmed move lies under a stretch of a piece.
@@ -14,8 +14,10 @@ pub(crate) struct Mark {
     pub(crate) from: f64,
     /// Running number of the move.
     pub(crate) segment: u64,
-    /// Parameter on the programmed curve there; both grow alike.
+    /// Parameter on the programmed curve there.
     pub(crate) s: f64,
+    /// How fast it grows with the parameter of the piece.
+    pub(crate) rate: f64,
     pub(crate) block: BlockRef,
 }
 
@@ -25,8 +27,10 @@ pub(crate) struct Mark {
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) curve: Curve,
-    /// The moves under it: one, or two for a blend.
+    /// The moves under it: one, or two for a blend; the first and the last one where there are more.
     pub(crate) marks: [Mark; 2],
+    /// All of the moves under it where there are more than two, in their order.
+    pub(crate) more: Box<[Mark]>,
     /// Largest speed of the parameter that the feed allows where the tip moves at unit speed, 1/s.
     pub(crate) feed: f64,
     pub(crate) heeds: Heeds,
@@ -37,8 +41,15 @@ impl Piece {
     /// The move under a place on the piece, and the parameter on its curve.
     pub(crate) fn programmed(&self, local: f64) -> (Mark, f64) {
         let [first, second] = self.marks;
-        let mark = if local >= second.from { second } else { first };
-        (mark, mark.s + (local - mark.from))
+        let mark = if local >= second.from {
+            second
+        } else if self.more.is_empty() {
+            first
+        } else {
+            let next = self.more.partition_point(|mark| mark.from <= local);
+            self.more[next.max(1) - 1]
+        };
+        (mark, mark.s + mark.rate * (local - mark.from))
     }
 }
 
@@ -90,8 +101,15 @@ impl Programmed {
             from,
             segment: self.segment,
             s,
+            rate: 1.0,
             block: self.block,
         }
+    }
+
+    /// The programmed curve itself at a place, as the end of another.
+    pub(crate) fn state(&self, s: f64) -> HermiteEnd {
+        let CurveDerivs { p, d1, d2, .. } = self.curve.eval(s);
+        HermiteEnd { p, d1, d2 }
     }
 
     /// The part from `s0` to `s1` as a piece.
@@ -104,6 +122,7 @@ impl Programmed {
         Piece {
             curve,
             marks: [self.mark(0.0, s0); 2],
+            more: Box::default(),
             feed: self.feed,
             heeds: self.heeds,
             tool_mm: self.tool_mm,

@@ -1,6 +1,6 @@
 //! Blends: a polynomial piece in place of the last stretch of one curve and the first of the next.
 
-use crate::piece::{Piece, Programmed, Soft, size};
+use crate::piece::{PathStep, Piece, Programmed, Soft, size};
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half of a blend on which its deviation is bounded. A choice: the bound holds
@@ -35,6 +35,9 @@ pub(crate) trait Judge {
         next: &Programmed,
         tolerance: f64,
     ) -> bool;
+
+    /// About how long the motion along steps takes, s, from any speed to rest.
+    fn time_s(&self, steps: &[PathStep]) -> f64;
 
     /// How soft the motions before and after a stop should be, so that they may overlap.
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;
@@ -81,6 +84,7 @@ fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
     Piece {
         curve: blend.quintic.into(),
         marks,
+        more: Box::default(),
         feed: before.feed.min(next.feed),
         heeds,
         tool_mm: next.tool_mm,

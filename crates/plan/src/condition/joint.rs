@@ -106,6 +106,70 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
         .min(LONG_CHORDS * before.length.min(next.length))
 }
 
+/// Most that the lines of a section turn where they meet, degrees.
+const BEND_DEG: f64 = 60.1;
+/// How far from a corner a curve leaves its lines, in units of the tolerance over the angle.
+/// Measured.
+const BEND_REACH: f64 = 120.0;
+
+/// Whether two moves are lines that one curve may take the place of.
+pub(super) fn bends(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
+    let lines = matches!(
+        (&before.curve, &next.curve),
+        (Curve::Line(_), Curve::Line(_))
+    );
+    let merged = |line: &Programmed| merge_tolerance(config, line.control).is_some();
+    lines
+        && merged(before)
+        && merged(next)
+        && before.tool_mm == next.tool_mm
+        && [before, next].iter().all(|line| is_linear(line))
+        && is_gentle(config, before, next)
+}
+
+/// Whether lines turn little where they meet, or for no longer than the tolerance.
+fn is_gentle(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
+    let turn = turn(before, next);
+    let short = before.length.min(next.length);
+    turn <= rad(BEND_DEG) || turn * short <= tolerance(config, before, next)
+}
+
+/// The lesser tolerance of two moves.
+fn tolerance(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> f64 {
+    [before, next]
+        .iter()
+        .filter_map(|line| merge_tolerance(config, line.control))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Whether a line moves X Y Z and nothing else.
+fn is_linear(line: &Programmed) -> bool {
+    let d = line.curve.eval(0.0).d1;
+    line.curve.moves_tip() && d.0[3..].iter().all(|d| *d == 0.0)
+}
+
+fn turn(before: &Programmed, next: &Programmed) -> f64 {
+    angle(
+        &before.curve.eval(before.length).d1,
+        &next.curve.eval(0.0).d1,
+    )
+}
+
+/// How far from where two lines meet a curve leaves them.
+pub(super) fn bent(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> f64 {
+    BEND_REACH * tolerance(config, before, next) / turn(before, next).max(f64::MIN_POSITIVE)
+}
+
+/// Whether a line is so long that its middle stays as it is.
+pub(super) fn stays_straight(
+    config: &PlannerConfig,
+    before: &Programmed,
+    line: &Programmed,
+    next: &Programmed,
+) -> bool {
+    bent(config, before, line) + bent(config, line, next) < line.length
+}
+
 /// Decides how `next` follows `before`.
 pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Junction {
     let (Some(first), Some(second)) = (

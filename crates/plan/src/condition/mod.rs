@@ -1,334 +1,330 @@
 //! From programmed moves to the path that is travelled: pieces that join with continuous second
 //! derivative, between stops.
 //!
-//! Between two moves of general shape lies a blend, a run of short lines becomes a smooth curve
-//! through its vertices, and what is left of each move stays as programmed. No two of these share a
-//! stretch of the path, so the whole tolerance is there for each of them: half of every move
-//! belongs to what happens at its either end.
+//! Lines that meet at small angles are a section: one smooth curve inside the tube of the program
+//! takes its place ([`tube`]), from the middle of its first line to the middle of its last, unless
+//! taking it vertex by vertex ([`moves`]) is faster.
 
 mod blend;
 mod fair;
 mod joint;
+mod moves;
 mod run;
+mod tube;
 
 pub(crate) use blend::Judge;
 
 use crate::PlannerConfig;
-use crate::piece::{PathStep, Programmed, Stop};
+use crate::piece::{PathStep, Piece, Programmed, Stop};
 use joint::Junction;
-use lostmotion_base::Coords;
-use run::{RunChord, RunKnot};
+use lostmotion_path::HermiteEnd;
+use moves::Joiner;
 use std::sync::Arc;
+use tube::{Found, Tie, Way};
 
-/// Number of chords with which a run is worked off. A choice: bounds memory; longer parts are
-/// faired more evenly.
-const RUN_CHORDS: usize = 96;
-/// Chords at its end that are held back then. A spline forgets by a factor of 3.7 per vertex, so
-/// that what follows cannot move what has been output.
-const HELD_CHORDS: usize = 32;
-/// Vertices of the held chords that are settled already: a spline forgets what follows.
-const CARRIED_VERTICES: usize = 8;
-/// Length scale of fairing in mean chords. Record 38 of the decisions.
-const FAIRED_CHORDS: f64 = 3.3;
+/// Lines of a section with which it is worked off. A choice: bounds memory.
+const SECTION_LINES: usize = 4096;
+/// Pieces of a curve with which it is worked off. A choice: bounds memory; longer parts have less
+/// that is found twice.
+const SECTION_PIECES: usize = 128;
+/// Pieces at its end that are found again with what follows. A choice: the smoothest curve inside a
+/// tube forgets what follows within a few turns from side to side, of about eight pieces each.
+const HELD_PIECES: usize = 40;
+/// Lines at which a section is looked at for the first time: how many more are needed then follows
+/// from their shape.
+const FIRST_LOOK: usize = 96;
+/// Least number of lines from one look to the next. A choice: each looks at all lines.
+const NEXT_LOOK: usize = 16;
 
-/// A line this many times as long as the shorter one beside it may end a run. Record 38 of the
-/// decisions.
-const FAR_RATIO: f64 = 12.0;
-/// Largest part of such a line that a run may bend for the line to end it. Record 38 of the
-/// decisions.
-const BENT_PART: f64 = 0.3;
+/// How the section that is open is taken.
+#[derive(Clone, Debug)]
+enum Taken {
+    /// That is not decided yet.
+    Open,
+    /// Vertex by vertex.
+    Moves,
+    /// As a curve, of which the beginning has been output.
+    Curve {
+        /// Its state there.
+        state: Box<HermiteEnd>,
+        /// What had been found from there on.
+        rest: Vec<Piece>,
+    },
+}
 
 /// Turns moves into steps, holding back what the next move may change.
 #[derive(Clone, Debug)]
 pub(crate) struct Conditioner {
     config: PlannerConfig,
-    /// Moves that meet in vertices; one move alone if there are none.
-    chain: Vec<Programmed>,
-    /// How much of the first move of the chain is spent.
-    spent: f64,
-    /// Where a run already partly worked off goes on: the knot at the start of the chain.
-    knot: Option<RunKnot>,
-    /// Vertices after it that are settled, too.
-    carried: Vec<Coords>,
+    joiner: Joiner,
+    /// Lines that meet at small angles; the joiner has the first one, and all of them where they are
+    /// taken vertex by vertex.
+    section: Vec<Programmed>,
+    /// Where the curve begins on the first one.
+    from: f64,
+    taken: Taken,
+    /// Whether the motion rests where the first line begins, for good.
+    rested: bool,
+    /// Number of lines at which the section is looked at.
+    due: usize,
 }
 
 impl Conditioner {
     pub(crate) fn new(config: PlannerConfig) -> Conditioner {
         Conditioner {
+            joiner: Joiner::new(config.clone()),
             config,
-            chain: Vec::new(),
-            spent: 0.0,
-            knot: None,
-            carried: Vec::new(),
+            section: Vec::new(),
+            from: 0.0,
+            taken: Taken::Open,
+            rested: true,
+            due: FIRST_LOOK,
         }
     }
 
     /// Takes a move of positive length.
     pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<PathStep>) {
-        let Some(last) = self.chain.last() else {
-            self.chain.push(*next);
+        let Some(last) = self.section.last().copied() else {
+            self.joiner.push(next, judge, out);
+            self.begin(*next);
             return;
         };
-        let joint = joint::joint(&self.config, last, next);
-        if joint == Junction::Vertex {
-            // A long line ends the run before it and begins another one.
-            if self.is_straight(last, next) {
-                self.close_chain(judge, out);
-            }
-            self.chain.push(*next);
-            // Memory is bounded: the older part of a long run is worked off.
-            if self.chain.len() >= RUN_CHORDS {
-                self.work_off(out);
-            }
+        if !joint::bends(&self.config, &last, next) {
+            let stops = matches!(joint::joint(&self.config, &last, next), Junction::Stop);
+            self.close(stops, judge, out);
+            self.joiner.push(next, judge, out);
+            self.rested = stops;
+            self.begin(*next);
             return;
         }
-        self.close_chain(judge, out);
-        let spent = match joint {
-            Junction::Stop => {
-                self.end(out);
-                out.push(PathStep::Stop(Stop::default()));
-                0.0
+        // A line so long that its middle stays straight ends a section and begins another.
+        if let [.., before, _] = self.section.as_slice()
+            && joint::stays_straight(&self.config, before, &last, next)
+        {
+            self.close(false, judge, out);
+            self.rested = false;
+            self.begin(last);
+        }
+        match self.taken {
+            Taken::Moves => {
+                self.joiner.push(next, judge, out);
+                self.section.clear();
+                self.section.extend([last, *next]);
             }
-            Junction::Through | Junction::Vertex => {
-                self.end(out);
-                0.0
+            Taken::Open | Taken::Curve { .. } => {
+                self.section.push(*next);
+                if self.section.len() >= self.due {
+                    self.work_off(judge, out);
+                }
             }
-            Junction::Blend { tolerance } => self.blend(next, tolerance, judge, out),
-        };
-        self.chain.clear();
-        self.chain.push(*next);
-        self.spent = spent;
+        }
     }
 
     /// Comes to rest after what was pushed so far.
     pub(crate) fn stop(&mut self, stop: Stop, judge: &dyn Judge, out: &mut Vec<PathStep>) {
-        self.close_chain(judge, out);
-        self.end(out);
-        self.chain.clear();
-        out.push(PathStep::Stop(stop));
+        self.close(stop.tolerance.is_none(), judge, out);
+        self.section.clear();
+        self.joiner.stop(stop, judge, out);
+        self.rested = true;
     }
 
-    /// Outputs the rest of the last move.
-    fn end(&mut self, out: &mut Vec<PathStep>) {
-        if let Some(last) = self.chain.last()
-            && last.length > self.spent
-        {
-            out.push(PathStep::Piece(Arc::new(
-                last.part(self.spent, last.length),
-            )));
-        }
-        self.spent = 0.0;
+    /// Begins a section with a line that the joiner has.
+    fn begin(&mut self, line: Programmed) {
+        self.section.clear();
+        self.section.push(line);
+        self.taken = Taken::Open;
+        self.due = FIRST_LOOK;
+        self.from = 0.0;
     }
 
-    /// Outputs the rest of the last move up to a blend, and the blend; or a stop in its place.
-    /// Returns how much of the next move is spent.
-    fn blend(
-        &mut self,
-        next: &Programmed,
-        tolerance: f64,
-        judge: &dyn Judge,
-        out: &mut Vec<PathStep>,
-    ) -> f64 {
-        let Some(before) = self.chain.last() else {
-            return 0.0;
+    /// Ends the section at its last line, of which at least the second half is left unless the
+    /// motion rests at its end.
+    fn close(&mut self, rests: bool, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        let Some(last) = self.section.last().copied() else {
+            return;
         };
-        // Half of the next move belongs to its other end; of this one all that its start has left.
-        let longest = (before.length - self.spent).min(0.5 * next.length);
-        match blend::best_blend(before, next, tolerance, longest, judge) {
-            Some((half, piece)) => {
-                if before.length - half > self.spent {
-                    out.push(PathStep::Piece(Arc::new(
-                        before.part(self.spent, before.length - half),
-                    )));
+        match std::mem::replace(&mut self.taken, Taken::Moves) {
+            Taken::Moves => self.joiner.close(judge, out),
+            _ if self.section.len() < 2 => {}
+            Taken::Open => {
+                let (from, start) = self.start();
+                let (to, end) = self.end(rests);
+                let found = self.find(from, start, to, end);
+                match found.filter(|found| self.is_faster(found, from, to, judge)) {
+                    Some(found) => {
+                        self.joiner.lead_in_to(from, out);
+                        emit(found.pieces, out);
+                        self.joiner.go_on(last, to);
+                    }
+                    None => {
+                        for line in &self.section[1..] {
+                            self.joiner.push(line, judge, out);
+                        }
+                        self.joiner.close(judge, out);
+                    }
                 }
-                out.push(PathStep::Piece(Arc::new(piece)));
-                half
             }
-            None => {
-                // A stop wins, which may still be rounded in time where the tolerance allows it.
-                let allowed =
-                    (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
-                let soft = allowed.and_then(|tolerance| judge.soft(before, next, tolerance));
-                self.end(out);
-                out.push(PathStep::Stop(Stop {
-                    tolerance: allowed,
-                    soft,
-                    ..Stop::default()
-                }));
-                0.0
+            Taken::Curve { state, rest } => {
+                let (to, end) = self.end(rests);
+                match self.find(self.from, Tie::State(*state), to, end) {
+                    Some(found) => {
+                        emit(found.pieces, out);
+                        self.joiner.go_on(last, to);
+                    }
+                    None => {
+                        // What was found before ends at a vertex: from there on vertex by vertex.
+                        self.fall_back(rest, judge, out);
+                        self.joiner.close(judge, out);
+                    }
+                }
             }
         }
     }
 
-    /// Outputs all of the chain but its last move, of which at least the second half is left.
-    fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
-        let one_vertex = self.knot.is_none() && self.chain.len() == 2;
-        if (one_vertex || self.ends_in_a_stub())
-            && let (tolerance, Some(last)) = (self.tolerance(), self.chain.pop())
+    /// Outputs the beginning of a long section, or decides how it is taken.
+    fn work_off(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        let Some(last) = self.section.last().copied() else {
+            return;
+        };
+        let (from, start) = match &self.taken {
+            Taken::Curve { state, .. } => (self.from, Tie::State(**state)),
+            _ => self.start(),
+        };
+        // More lines are needed for a curve of the usual length.
+        let pieces = self
+            .way(from, last.length)
+            .map_or(0, |way| tube::pieces(&way, [start, Tie::Place]));
+        if pieces > 0 && pieces < SECTION_PIECES && self.section.len() < SECTION_LINES {
+            let more = self.section.len() * SECTION_PIECES / pieces;
+            self.due = (more + more / 8)
+                .max(self.section.len() + NEXT_LOOK)
+                .min(SECTION_LINES);
+            return;
+        }
+        let found = self.find(from, start, last.length, Tie::Place);
+        let found = match (&self.taken, found) {
+            (Taken::Open, Some(found)) => {
+                Some(found).filter(|found| self.is_faster(found, from, last.length, judge))
+            }
+            (_, found) => found,
+        };
+        match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
+            (Taken::Curve { rest, .. }, None) => self.fall_back(rest, judge, out),
+            (_, None) => {
+                for line in &self.section[1..] {
+                    self.joiner.push(line, judge, out);
+                }
+                self.section.drain(..self.section.len() - 1);
+            }
+            (taken, Some(mut found)) => {
+                if let Taken::Open = taken {
+                    self.joiner.lead_in_to(from, out);
+                }
+                let held = HELD_PIECES.min(found.pieces.len() / 2);
+                let done = found.pieces.len() - held;
+                let rest = found.pieces.split_off(done);
+                let (line, s) = found.places[done - 1];
+                emit(found.pieces, out);
+                self.taken = Taken::Curve {
+                    state: Box::new(found.ends[done - 1]),
+                    rest,
+                };
+                self.from = s;
+                self.section.drain(..line);
+                self.due = (2 * self.section.len()).max(NEXT_LOOK);
+            }
+        }
+    }
+
+    /// Outputs what was found before, which ends at a vertex, and goes on vertex by vertex from a
+    /// stop there.
+    fn fall_back(&mut self, rest: Vec<Piece>, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        let done = rest.last().map(|piece| piece.marks[1].segment);
+        emit(rest, out);
+        out.push(PathStep::Stop(Stop::default()));
+        self.joiner.forget();
+        for line in self
+            .section
+            .iter()
+            .filter(|line| done.is_none_or(|done| line.segment > done))
         {
-            // One vertex makes no curve, and none is needed on a straight line: a blend of its two
-            // halves would go at the lower of both feeds.
-            self.close_chain(judge, out);
-            let straight = self
-                .chain
-                .last()
-                .is_some_and(|before| joint::goes_on(before, &last));
-            let spent = if straight {
-                self.end(out);
-                0.0
-            } else {
-                self.blend(&last, tolerance, judge, out)
-            };
-            self.chain = vec![last];
-            self.spent = spent;
-        } else if self.knot.is_some() || self.chain.len() > 2 {
-            // The curve through all vertices, into the middle of the last line.
-            let (first, chords) = self.chords();
-            let knots = run::knots(
-                first,
-                &chords,
-                &self.carried,
-                self.tolerance(),
-                fairing_length(&chords),
-            );
-            if self.knot.is_none() {
-                self.lead_in(&chords, out);
-            }
-            emit(&knots, &chords, out);
-            self.spent = chords.last().map_or(0.0, |chord| chord.to);
-            let last = self.chain.pop();
-            self.chain.clear();
-            self.chain.extend(last);
-            self.knot = None;
-            self.carried.clear();
+            self.joiner.push(line, judge, out);
         }
+        self.section.drain(..self.section.len() - 1);
+        self.taken = Taken::Moves;
     }
 
-    /// Whether a run would have to end in the direction of a line that is far too short for the
-    /// curve to get there.
-    fn ends_in_a_stub(&self) -> bool {
-        matches!(self.chain.as_slice(), [_, .., before, last] if FAR_RATIO * last.length < before.length)
+    /// Where the curve begins, and how.
+    fn start(&self) -> (f64, Tie) {
+        let (Some(first), Some(next)) = (self.section.first(), self.section.get(1)) else {
+            return (0.0, Tie::Place);
+        };
+        let spent = self.joiner.spent();
+        let bent = joint::bent(&self.config, first, next);
+        if self.rested && spent == 0.0 && bent > first.length {
+            return (0.0, Tie::Place);
+        }
+        let bent = bent.min(0.5 * first.length);
+        let from = (first.length - bent).max(spent);
+        (from, Tie::State(first.state(from)))
     }
 
-    /// Whether the last line of the chain is so long that a run ends at its start and another
-    /// begins at its end.
-    fn is_straight(&self, last: &Programmed, next: &Programmed) -> bool {
-        let Some(before) = self
-            .chain
-            .len()
-            .checked_sub(2)
-            .and_then(|k| self.chain.get(k))
-        else {
+    /// Where the curve ends, and how.
+    fn end(&self, rests: bool) -> (f64, Tie) {
+        let [.., before, last] = self.section.as_slice() else {
+            return (0.0, Tie::Place);
+        };
+        let bent = joint::bent(&self.config, before, last);
+        if rests && bent > last.length {
+            return (last.length, Tie::Place);
+        }
+        let bent = bent.min(0.5 * last.length);
+        (bent, Tie::State(last.state(bent)))
+    }
+
+    fn find(&self, from: f64, start: Tie, to: f64, end: Tie) -> Option<Found> {
+        tube::curve(&self.way(from, to)?, [start, end])
+    }
+
+    /// The lines of the section with their tolerances.
+    fn way(&self, from: f64, to: f64) -> Option<Way<'_>> {
+        let tolerances: Option<Vec<f64>> = self
+            .section
+            .iter()
+            .map(|line| joint::merge_tolerance(&self.config, line.control))
+            .collect();
+        Way::new(&self.section, from, to, tolerances?)
+    }
+
+    /// Whether a curve takes less time than the section vertex by vertex.
+    fn is_faster(&self, found: &Found, from: f64, to: f64, judge: &dyn Judge) -> bool {
+        let Some(last) = self.section.last() else {
             return false;
         };
-        let short = before.length.min(next.length);
-        let (longer, far) = (
-            last.length > before.length + next.length,
-            last.length > FAR_RATIO * short,
+        let mut curve = Vec::new();
+        self.joiner.clone().lead_in_to(from, &mut curve);
+        curve.extend(
+            found
+                .pieces
+                .iter()
+                .map(|piece| PathStep::Piece(Arc::new(piece.clone()))),
         );
-        // A vertex reaches over more than the shorter of its lines, so that most lines need no
-        // closer look.
-        if !longer && !far {
-            return false;
+        if to < last.length {
+            curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }
-        let tolerance = self.tolerance();
-        let far = far && short > tolerance;
-        let (first, second) = (
-            joint::reach(before, last, tolerance),
-            joint::reach(last, next, tolerance),
-        );
-        longer && first + second < last.length || far && first.min(second) < BENT_PART * last.length
-    }
-
-    /// Tolerance of the run that the chain is, mm.
-    fn tolerance(&self) -> f64 {
-        let tolerances = self
-            .chain
-            .iter()
-            .filter_map(|line| joint::merge_tolerance(&self.config, line.control));
-        tolerances.fold(f64::INFINITY, f64::min).min(1e3)
-    }
-
-    /// First knot and chords of the run: from the second half of the first move, where a run
-    /// begins, into the first half of the last.
-    fn chords(&self) -> (RunKnot, Vec<RunChord<'_>>) {
-        let mut chords: Vec<RunChord<'_>> = self
-            .chain
-            .iter()
-            .map(|line| RunChord {
-                line,
-                from: 0.0,
-                to: line.length,
-            })
-            .collect();
-        let tolerance = self.tolerance();
-        let bent = |pair: Option<&[Programmed]>, line: &Programmed| match pair {
-            Some([before, next]) => joint::reach(before, next, tolerance).min(0.5 * line.length),
-            _ => 0.5 * line.length,
-        };
-        if let Some(last) = chords.last_mut() {
-            last.to = bent(self.chain.windows(2).last(), last.line);
+        let (mut joiner, mut moves) = (self.joiner.clone(), Vec::new());
+        for line in &self.section[1..] {
+            joiner.push(line, judge, &mut moves);
         }
-        match (self.knot, chords.first_mut()) {
-            (Some(knot), _) => (knot, chords),
-            (None, Some(first)) => {
-                first.from = first.line.length - bent(self.chain.windows(2).next(), first.line);
-                (first.knot(first.from), chords)
-            }
-            (None, None) => (RunKnot::default(), chords),
-        }
-    }
-
-    /// Outputs the older part of a long run.
-    fn work_off(&mut self, out: &mut Vec<PathStep>) {
-        let (first, chords) = self.chords();
-        let knots = run::knots(
-            first,
-            &chords,
-            &self.carried,
-            self.tolerance(),
-            fairing_length(&chords),
-        );
-        // The held chords at the end are solved for again with what follows.
-        let done = chords.len() - HELD_CHORDS;
-        if self.knot.is_none() {
-            self.lead_in(&chords, out);
-        }
-        emit(&knots[..=done], &chords[..done], out);
-        self.knot = knots.get(done).copied();
-        self.carried = knots
-            .iter()
-            .skip(done + 1)
-            .take(CARRIED_VERTICES)
-            .map(|knot| knot.p)
-            .collect();
-        self.chain.drain(..done);
-        self.spent = 0.0;
-    }
-
-    /// Outputs the rest of the first move before the run begins within it.
-    fn lead_in(&self, chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
-        if let Some(first) = chords.first()
-            && first.from > self.spent
-        {
-            out.push(PathStep::Piece(Arc::new(
-                first.line.part(self.spent, first.from),
-            )));
-        }
+        joiner.stop(Stop::default(), judge, &mut moves);
+        judge.time_s(&curve) < judge.time_s(&moves)
     }
 }
 
-/// Length scale of fairing, mm: longer features of a run stay as they are. It depends on the
-/// program alone, so that a faster machine does not get a rougher path.
-fn fairing_length(chords: &[RunChord<'_>]) -> f64 {
-    FAIRED_CHORDS * chords.iter().map(RunChord::length).sum::<f64>() / chords.len().max(1) as f64
-}
-
-/// Outputs the pieces between knots.
-fn emit(knots: &[RunKnot], chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
-    for (chord, ends) in chords.iter().zip(knots.windows(2)) {
-        out.push(PathStep::Piece(Arc::new(run::piece(
-            &ends[0], &ends[1], chord,
-        ))));
-    }
+fn emit(pieces: Vec<Piece>, out: &mut Vec<PathStep>) {
+    out.extend(
+        pieces
+            .into_iter()
+            .map(|piece| PathStep::Piece(Arc::new(piece))),
+    );
 }

@@ -14,3 +14,4 @@ mod overrides;
 mod pace;
 mod reference;
 mod tangents;
+mod tube;

@@ -1,0 +1,362 @@
+//! A smooth curve inside the tube of the program, in place of many lines that meet at small angles.
+//!
+//! The curve is a cubic spline with the least integral of its squared third derivative that stays
+//! within P of the lines and passes every vertex within P. Its breaks follow from the shape of the
+//! lines, not from their number: dense points are thinned, and long lines get breaks inside. The fit
+//! knows the tube at its sites alone; what is output is proven, all of it, by the hull of its control
+//! points, and narrowed where that leaves the tube.
+
+mod fit;
+mod spline;
+mod way;
+
+use crate::piece::Piece;
+use fit::{Fit, Site};
+use lostmotion_base::Coords;
+use lostmotion_base::vec::{Vec3, along, dot, norm, sub};
+use lostmotion_path::{Curve, HermiteEnd, Quintic};
+use spline::Breaks;
+pub(super) use way::Way;
+
+/// Part of the tolerance that the curve is aimed at at its sites. A choice: what lies between two
+/// sites needs the rest.
+const AIMED_PART: f64 = 0.985;
+/// Part of the tolerance within which the lines are proven to be followed: all but rounding.
+const PROVEN_PART: f64 = 1.0 - 1e-9;
+/// Part of the tolerance within which each vertex is proven to be passed: the chord between two
+/// samples lies beside the curve, as for corners that are rounded in time.
+const VERTEX_PART: f64 = 0.998;
+/// How often the tube is narrowed where the curve leaves it between its sites. A choice: one to four
+/// times are needed.
+const MAX_NARROWINGS: usize = 8;
+/// Factor on the excess by which the tube is narrowed, and what is added to it each time: what is
+/// narrowed in one place may come out in another.
+const NARROWED: [f64; 2] = [1.2, 0.4];
+/// Bounds of the factor on a radius.
+const NARROW_FACTORS: [f64; 2] = [0.5, 0.99];
+/// Halvings of a stretch whose hull leaves the tube. A choice: each quarters the hull's distance
+/// from the curve.
+const HULL_HALVINGS: u32 = 3;
+/// Sites in each interval, besides the vertices that are left when the lines are thinned. A choice:
+/// three cost a quarter more and change no time by more than 1 %.
+const SITES: usize = 2;
+
+/// How the curve begins or ends.
+// On the stack for a moment, twice a curve.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Tie {
+    /// At the programmed point, in any direction: the motion rests there, or the curve will be found
+    /// again with what follows.
+    Place,
+    /// With the derivatives of what lies beyond.
+    State(HermiteEnd),
+}
+
+impl Tie {
+    fn direction(&self) -> Option<Vec3> {
+        match self {
+            Tie::Place => None,
+            Tie::State(end) => Some(end.d1.linear()),
+        }
+    }
+}
+
+/// A curve that was found and proven.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) pieces: Vec<Piece>,
+    /// The state at the end of each piece.
+    pub(super) ends: Vec<HermiteEnd>,
+    /// Line and parameter on it at the end of each piece.
+    pub(super) places: Vec<(usize, f64)>,
+}
+
+/// How many pieces the curve along a way will have; 0 where there will be none.
+pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
+    way.breaks(ties.map(|tie| tie.direction()))
+        .map_or(0, |breaks| breaks.intervals())
+}
+
+/// The curve along a way; `None` where none can be proven.
+pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
+    let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
+    let count = breaks.coefficients();
+    let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
+    // Other vertices may share the parameter of an end.
+    coefficients[0] = way.vertex(0);
+    coefficients[count - 1] = way.vertex(way.lines());
+    let head = tie(
+        ties[0],
+        1.0,
+        breaks.first_widths()?,
+        coefficients.iter_mut(),
+    );
+    let tail = tie(
+        ties[1],
+        -1.0,
+        breaks.last_widths()?,
+        coefficients.iter_mut().rev(),
+    );
+    if head + tail >= count {
+        return None;
+    }
+    let fit = Fit::new(&breaks, head..count - tail);
+    let mut sites = sites(way, &breaks);
+    for round in 0..MAX_NARROWINGS {
+        let settled = fit.solve(&mut coefficients, &mut sites);
+        let states = breaks.states(&coefficients);
+        let excess = TubeExcess::new(way, &breaks, &states);
+        if excess.is_none() {
+            return assembled(way, &breaks, &states);
+        }
+        // A fit that does not settle again will not.
+        if !settled && round > 0 {
+            return None;
+        }
+        excess.narrow(way, &breaks, &mut sites, round);
+    }
+    None
+}
+
+/// Sets the coefficients that an end gives, from the end inwards; returns how many. `sign` is that
+/// of the direction inwards.
+fn tie<'a>(
+    tie: Tie,
+    sign: f64,
+    [h, g]: [f64; 2],
+    mut coefficients: impl Iterator<Item = &'a mut Vec3>,
+) -> usize {
+    let Tie::State(HermiteEnd { p, d1, d2 }) = tie else {
+        return 1;
+    };
+    let (p, d1, d2) = (p.linear(), d1.linear(), d2.linear());
+    // Differences of the coefficients are the first derivative's coefficients, over a third of
+    // their spans; the first of these is d1, and d2 leads to the second one.
+    let second: Vec3 = std::array::from_fn(|axis| sign * d1[axis] + 0.5 * h * d2[axis]);
+    let first = along(p, d1, sign * h / 3.0);
+    let given = [p, first, along(first, second, (h + g) / 3.0)];
+    for value in given {
+        if let Some(coefficient) = coefficients.next() {
+            *coefficient = value;
+        }
+    }
+    given.len()
+}
+
+fn sites(way: &Way<'_>, breaks: &Breaks) -> Vec<Site> {
+    let (first, last) = (breaks.0[0], breaks.0[breaks.intervals()]);
+    let even = breaks.0.windows(2).flat_map(|pair| {
+        let step = (pair[1] - pair[0]) / SITES as f64;
+        (0..SITES).map(move |k| pair[0] + step * k as f64)
+    });
+    let mut places: Vec<f64> = even.chain(way.corners()).collect();
+    places.sort_by(f64::total_cmp);
+    places
+        .into_iter()
+        .filter(|w| *w > first && *w < last)
+        .map(|w| {
+            let radius = AIMED_PART * way.tolerance(w);
+            Site::new(breaks, breaks.interval(w), w, way.place(w), radius)
+        })
+        .collect()
+}
+
+/// Where a curve leaves the tube, by intervals, in parts of what is allowed.
+#[derive(Debug)]
+struct TubeExcess {
+    sides: Vec<f64>,
+    /// The vertex that is missed by most.
+    vertices: Vec<(f64, usize)>,
+}
+
+impl TubeExcess {
+    fn new(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> TubeExcess {
+        let mut excess = TubeExcess {
+            sides: vec![0.0; breaks.intervals()],
+            vertices: vec![(0.0, 0); breaks.intervals()],
+        };
+        let mut line = 0;
+        for (k, ends) in states.windows(2).enumerate() {
+            let (a, b) = (breaks.0[k], breaks.0[k + 1]);
+            let cubic = Cubic::new(&ends[0], &ends[1], b - a);
+            let mut left = cubic.at(0.0);
+            // Each line by itself.
+            loop {
+                let to = way.end_of(line).min(b);
+                let right = cubic.at(to - a);
+                let tolerance = way.line_tolerance(line);
+                let enough = PROVEN_PART * tolerance;
+                let most = cubic.farthest(way, line, [left, right], enough, HULL_HALVINGS);
+                excess.sides[k] = excess.sides[k].max(most / enough);
+                left = right;
+                if way.end_of(line) > b || line + 1 == way.lines() {
+                    break;
+                }
+                line += 1;
+                let near = VERTEX_PART * way.vertex_tolerance(line);
+                let off = norm(sub(right.p, way.vertex(line))) / near;
+                if off > excess.vertices[k].0 {
+                    excess.vertices[k] = (off, line);
+                }
+            }
+        }
+        excess
+    }
+
+    fn is_none(&self) -> bool {
+        self.sides.iter().all(|part| *part <= 1.0)
+            && self.vertices.iter().all(|(part, _)| *part <= 1.0)
+    }
+
+    /// Makes sites of the vertices that are missed, and narrows the tube where that is not enough.
+    fn narrow(mut self, way: &Way<'_>, breaks: &Breaks, sites: &mut Vec<Site>, round: usize) {
+        for (k, (part, vertex)) in self.vertices.into_iter().enumerate() {
+            let place = way.vertex(vertex);
+            let w = way.end_of(vertex.max(1) - 1);
+            let is_new = !sites.iter().any(|site| site.w == w && site.place == place);
+            if part > 1.0 && part >= self.sides[k] && is_new {
+                let radius = AIMED_PART * way.vertex_tolerance(vertex);
+                sites.push(Site::new(breaks, k, w, place, radius));
+                self.sides[k] = 0.0;
+            } else {
+                self.sides[k] = self.sides[k].max(part);
+            }
+        }
+        let factor = NARROWED[0] + NARROWED[1] * round as f64;
+        let reach = round.min(2);
+        for site in sites {
+            let k = site.interval;
+            let around = &self.sides[k.saturating_sub(reach)..self.sides.len().min(k + reach + 1)];
+            let most = around.iter().copied().fold(0.0, f64::max);
+            if most > 1.0 {
+                let [least, longest] = NARROW_FACTORS;
+                site.narrow((1.0 - factor * (most - AIMED_PART)).clamp(least, longest));
+            }
+        }
+    }
+}
+
+/// One interval of the curve.
+#[derive(Clone, Copy, Debug)]
+struct Cubic {
+    p: Vec3,
+    d1: Vec3,
+    d2: Vec3,
+    d3: Vec3,
+}
+
+/// A place on it, with the first derivative.
+#[derive(Clone, Copy, Debug)]
+struct CubicPlace {
+    x: f64,
+    p: Vec3,
+    d1: Vec3,
+}
+
+impl Cubic {
+    fn new(from: &HermiteEnd, to: &HermiteEnd, width: f64) -> Cubic {
+        let (first, last) = (from.d2.linear(), to.d2.linear());
+        Cubic {
+            p: from.p.linear(),
+            d1: from.d1.linear(),
+            d2: first,
+            d3: std::array::from_fn(|axis| (last[axis] - first[axis]) / width),
+        }
+    }
+
+    fn at(&self, x: f64) -> CubicPlace {
+        let Cubic { p, d1, d2, d3 } = self;
+        CubicPlace {
+            x,
+            p: std::array::from_fn(|i| p[i] + (d1[i] + (0.5 * d2[i] + d3[i] / 6.0 * x) * x) * x),
+            d1: std::array::from_fn(|i| d1[i] + (d2[i] + 0.5 * d3[i] * x) * x),
+        }
+    }
+
+    /// Bound of its distance from a line between two places, by the hull of the control points
+    /// there; that of the halves is nearer to the curve.
+    fn farthest(
+        &self,
+        way: &Way<'_>,
+        line: usize,
+        [left, right]: [CubicPlace; 2],
+        enough: f64,
+        halvings: u32,
+    ) -> f64 {
+        let third = (right.x - left.x) / 3.0;
+        let hull = [
+            left.p,
+            along(left.p, left.d1, third),
+            along(right.p, right.d1, -third),
+            right.p,
+        ];
+        let most = way.off(line, hull);
+        if most <= enough || halvings == 0 || third <= 0.0 {
+            return most;
+        }
+        let middle = self.at(0.5 * (left.x + right.x));
+        [[left, middle], [middle, right]]
+            .map(|half| self.farthest(way, line, half, enough, halvings - 1))
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+}
+
+/// The pieces of a curve with the moves under them.
+fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Found> {
+    let count = breaks.intervals();
+    let states: Vec<HermiteEnd> = states.iter().map(|state| way.whole(state)).collect();
+    let mut found = Found {
+        pieces: Vec::with_capacity(count),
+        ends: states[1..].to_vec(),
+        places: Vec::with_capacity(count),
+    };
+    let mut line = 0;
+    for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
+        while way.end_of(line) <= w[0] && line + 1 < way.lines() {
+            line += 1;
+        }
+        let first = way.line(line);
+        let (mut feed, mut heeds) = (first.feed, first.heeds);
+        let mut marks = vec![way.mark(line, w[0])];
+        while way.end_of(line) < w[1] && line + 1 < way.lines() {
+            line += 1;
+            let next = way.line(line);
+            (feed, heeds) = (feed.min(next.feed), heeds.max(next.heeds));
+            marks.push(way.mark(line, w[0]));
+        }
+        found.pieces.push(Piece {
+            curve: Curve::Quintic(Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok()?),
+            marks: [*marks.first()?, *marks.last()?],
+            more: if marks.len() > 2 {
+                marks.into()
+            } else {
+                Box::default()
+            },
+            feed,
+            heeds,
+            tool_mm: first.tool_mm,
+        });
+        found.places.push(way.parameter(line, w[1]));
+    }
+    Some(found)
+}
+
+/// Square of the distance of a point from a straight stretch.
+fn square_to(point: Vec3, from: Vec3, to: Vec3) -> f64 {
+    let (ab, ap) = (sub(to, from), sub(point, from));
+    let square = dot(ab, ab);
+    let part = if square > 0.0 {
+        (dot(ap, ab) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let off = along(ap, ab, -part);
+    dot(off, off)
+}
+
+/// Coordinates of X Y Z.
+fn linear(place: Vec3) -> Coords {
+    Coords::xyz(place[0], place[1], place[2])
+}

@@ -1,0 +1,311 @@
+//! The programmed lines under a curve, and a parameter along them that does not depend on how finely
+//! they are cut.
+//!
+//! The lines are thinned to a polyline that passes within a part of the tolerance of their vertices.
+//! Its length is the parameter: that of the lines themselves grows with the rounding of their ends.
+//! Breaks of the spline lie near each other where the thinned polyline turns much.
+
+use super::spline::Breaks;
+use super::square_to;
+use crate::piece::{Mark, Programmed};
+use lostmotion_base::vec::{Vec3, dot, norm, sub};
+use lostmotion_path::HermiteEnd;
+
+/// Part of the tolerance within which the vertices are thinned.
+const THINNED_PART: f64 = 0.5;
+/// Distance of breaks at a corner, in units of the tolerance over the angle. Measured.
+const CORNER_STEP: f64 = 1.0;
+/// The same where the curve begins or ends in a given direction.
+const END_STEP: f64 = 1.0;
+/// Part of the way between its neighbours that a break keeps from either when it is moved. A choice:
+/// less makes the spline ill-conditioned.
+const LEAST_ROOM: f64 = 0.15;
+/// Growth of the distance of breaks with the way from the corner. Measured.
+const STEP_GROWTH: f64 = 0.35;
+
+/// Lines with the parts of the first and the last one that belong to the curve.
+#[derive(Debug)]
+pub(crate) struct Way<'a> {
+    lines: &'a [Programmed],
+    from: f64,
+    to: f64,
+    /// First place, ends of the lines, last place.
+    vertices: Vec<Vec3>,
+    /// The parameter at each of them; never falls.
+    w: Vec<f64>,
+    /// Which of them are left when thinned.
+    kept: Vec<usize>,
+    tolerances: Vec<f64>,
+}
+
+impl<'a> Way<'a> {
+    /// The lines from a parameter on the first to one on the last, each with its tolerance.
+    pub(crate) fn new(
+        lines: &'a [Programmed],
+        from: f64,
+        to: f64,
+        tolerances: Vec<f64>,
+    ) -> Option<Way<'a>> {
+        let (first, last) = (lines.first()?, lines.last()?);
+        let mut vertices = Vec::with_capacity(lines.len() + 1);
+        vertices.push(first.curve.point(from).linear());
+        vertices.extend(
+            lines[..lines.len() - 1]
+                .iter()
+                .map(|line| line.curve.end().linear()),
+        );
+        vertices.push(last.curve.point(to).linear());
+        let least = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
+        let kept = thinned(&vertices, THINNED_PART * least);
+        let mut w = vec![0.0; vertices.len()];
+        for pair in kept.windows(2) {
+            let (a, b) = (vertices[pair[0]], vertices[pair[1]]);
+            let delta = sub(b, a);
+            let length = norm(delta);
+            let start = w[pair[0]];
+            for k in pair[0] + 1..pair[1] {
+                let along = dot(sub(vertices[k], a), delta) / length.max(f64::MIN_POSITIVE);
+                w[k] = (start + along.clamp(0.0, length)).max(w[k - 1]);
+            }
+            w[pair[1]] = start + length;
+        }
+        Some(Way {
+            lines,
+            from,
+            to,
+            vertices,
+            w,
+            kept,
+            tolerances,
+        })
+    }
+
+    pub(super) fn lines(&self) -> usize {
+        self.lines.len()
+    }
+
+    pub(super) fn line(&self, k: usize) -> &Programmed {
+        &self.lines[k]
+    }
+
+    /// The parameter where line k ends.
+    pub(super) fn end_of(&self, k: usize) -> f64 {
+        self.w[k + 1]
+    }
+
+    pub(super) fn vertex(&self, k: usize) -> Vec3 {
+        self.vertices[k]
+    }
+
+    pub(super) fn line_tolerance(&self, k: usize) -> f64 {
+        self.tolerances[k]
+    }
+
+    pub(super) fn vertex_tolerance(&self, k: usize) -> f64 {
+        let before = self.tolerances[k.saturating_sub(1)];
+        self.tolerances
+            .get(k)
+            .map_or(before, |next| next.min(before))
+    }
+
+    /// Distance of the farthest of some points from line k.
+    pub(super) fn off(&self, k: usize, points: [Vec3; 4]) -> f64 {
+        let (a, b) = (self.vertices[k], self.vertices[k + 1]);
+        points
+            .into_iter()
+            .map(|p| square_to(p, a, b))
+            .fold(0.0, f64::max)
+            .sqrt()
+    }
+
+    /// The line that holds a parameter.
+    fn at(&self, w: f64) -> usize {
+        self.w
+            .partition_point(|at| *at <= w)
+            .clamp(1, self.lines.len())
+            - 1
+    }
+
+    /// The programmed place at a parameter.
+    pub(super) fn place(&self, w: f64) -> Vec3 {
+        let k = self.at(w);
+        let (a, b) = (self.vertices[k], self.vertices[k + 1]);
+        let span = self.w[k + 1] - self.w[k];
+        let part = if span > 0.0 {
+            ((w - self.w[k]) / span).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part)
+    }
+
+    /// The tolerance at a parameter: the lesser one at a vertex.
+    pub(super) fn tolerance(&self, w: f64) -> f64 {
+        let k = self.at(w);
+        if self.w[k] == w {
+            self.vertex_tolerance(k)
+        } else {
+            self.tolerances[k]
+        }
+    }
+
+    /// The thinned vertices between the ends.
+    pub(super) fn corners(&self) -> impl Iterator<Item = f64> + '_ {
+        self.kept.iter().map(|k| self.w[*k])
+    }
+
+    /// A state with the coordinates that no line changes.
+    pub(super) fn whole(&self, state: &HermiteEnd) -> HermiteEnd {
+        let mut p = self.lines[0].curve.start();
+        p.0[..3].copy_from_slice(&state.p.0[..3]);
+        HermiteEnd { p, ..*state }
+    }
+
+    /// Programmed parameters at the ends of line k.
+    fn ends(&self, k: usize) -> [f64; 2] {
+        let from = if k == 0 { self.from } else { 0.0 };
+        let to = if k + 1 == self.lines.len() {
+            self.to
+        } else {
+            self.lines[k].length
+        };
+        [from, to]
+    }
+
+    /// Growth of the programmed parameter on line k, per parameter of the way.
+    fn rate(&self, k: usize) -> f64 {
+        let [from, to] = self.ends(k);
+        let span = self.w[k + 1] - self.w[k];
+        if span > 0.0 { (to - from) / span } else { 0.0 }
+    }
+
+    /// Line k as it lies under a piece that begins at a parameter.
+    pub(super) fn mark(&self, k: usize, start: f64) -> Mark {
+        let rate = self.rate(k);
+        let s = self.ends(k)[0] + rate * (start - self.w[k]).max(0.0);
+        Mark {
+            rate,
+            ..self.lines[k].mark((self.w[k] - start).max(0.0), s)
+        }
+    }
+
+    /// The line and the parameter on it, given the line that holds it.
+    pub(super) fn parameter(&self, k: usize, w: f64) -> (usize, f64) {
+        let [from, to] = self.ends(k);
+        (k, (from + self.rate(k) * (w - self.w[k])).min(to))
+    }
+
+    /// Breaks of the spline; `None` where the way is too short to have any.
+    pub(super) fn breaks(&self, ends: [Option<Vec3>; 2]) -> Option<Breaks> {
+        let end = *self.w.last()?;
+        // The distance of breaks that each corner asks for.
+        let turned = |d: Vec3, e: Vec3| {
+            let (x, y) = (norm(d), norm(e));
+            norm(sub(d.map(|v| v / x), e.map(|v| v / y)))
+        };
+        let mut corners: Vec<[f64; 2]> = Vec::with_capacity(self.kept.len());
+        if let (Some(given), [a, b, ..]) = (ends[0], self.kept.as_slice()) {
+            let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
+            corners.push([0.0, END_STEP * self.vertex_tolerance(0) / turn]);
+        }
+        let inner = self.kept.windows(3).filter_map(|three| {
+            let [a, b, c] = [three[0], three[1], three[2]].map(|k| self.vertices[k]);
+            let (d, e) = (sub(b, a), sub(c, b));
+            let turn = turned(d, e);
+            let step = CORNER_STEP * self.vertex_tolerance(three[1]) / turn;
+            (turn > 0.0).then(|| [self.w[three[1]], step])
+        });
+        corners.extend(inner);
+        if let (Some(given), [.., a, b]) = (ends[1], self.kept.as_slice()) {
+            let turn = turned(given, sub(self.vertices[*b], self.vertices[*a]));
+            corners.push([end, END_STEP * self.vertex_tolerance(*b) / turn]);
+        }
+        if end <= 0.0 {
+            return None;
+        }
+        // Density 1 / h is integrated over a fine walk: h is the least of cones around the corners.
+        let mut walk: Vec<[f64; 2]> = Vec::new();
+        let mut next = 0;
+        let mut w = 0.0;
+        let mut cone = |w: f64| {
+            while next + 1 < corners.len() && corners[next + 1][0] <= w {
+                next += 1;
+            }
+            let from = next.saturating_sub(3);
+            corners[from..corners.len().min(next + 5)]
+                .iter()
+                .map(|[at, step]| step + STEP_GROWTH * (w - at).abs())
+                .fold(0.25 * end, f64::min)
+        };
+        while w < end {
+            let h = cone(w);
+            walk.push([w, h]);
+            if walk.len() > MAX_BREAKS {
+                return None;
+            }
+            w += h;
+        }
+        if walk.len() < 4 {
+            return Some(Breaks((0..=4).map(|k| 0.25 * end * f64::from(k)).collect()));
+        }
+        // No stub at the end.
+        while walk.len() > 4 && walk.last().is_some_and(|[w, h]| end - w < 0.5 * h) {
+            walk.pop();
+        }
+        let mut breaks: Vec<f64> = walk.iter().map(|[w, _]| *w).collect();
+        breaks.push(end);
+        self.snap(&mut breaks);
+        Some(Breaks(breaks))
+    }
+
+    /// Moves breaks to where the feed changes: a piece goes at the least feed under it.
+    fn snap(&self, breaks: &mut [f64]) {
+        let mut k = 1;
+        for (pair, w) in self.lines.windows(2).zip(&self.w[1..]) {
+            if pair[0].feed == pair[1].feed && pair[0].heeds == pair[1].heeds {
+                continue;
+            }
+            while k + 1 < breaks.len() && breaks[k] < *w {
+                k += 1;
+            }
+            // The nearer one of the two around it, but for the ends, where that leaves room.
+            let near = if w - breaks[k - 1] < breaks[k] - w {
+                k - 1
+            } else {
+                k
+            };
+            if near > 0
+                && near + 1 < breaks.len()
+                && (w - breaks[near - 1]).min(breaks[near + 1] - w)
+                    > LEAST_ROOM * (breaks[near + 1] - breaks[near - 1])
+            {
+                breaks[near] = *w;
+            }
+        }
+    }
+}
+
+/// Most breaks of one curve.
+const MAX_BREAKS: usize = 4096;
+
+/// Which vertices are left so that the others lie within a distance (Douglas and Peucker).
+fn thinned(vertices: &[Vec3], distance: f64) -> Vec<usize> {
+    let square = distance * distance;
+    let mut kept = vec![0];
+    let mut open = vec![(0, vertices.len() - 1)];
+    while let Some((a, b)) = open.pop() {
+        let (mut worst, mut at) = (square, None);
+        for k in a + 1..b {
+            let off = square_to(vertices[k], vertices[a], vertices[b]);
+            if off > worst {
+                (worst, at) = (off, Some(k));
+            }
+        }
+        match at {
+            // The first half comes first.
+            Some(k) => open.extend([(k, b), (a, k)]),
+            None => kept.push(b),
+        }
+    }
+    kept
+}

@@ -1,0 +1,332 @@
+//! Lines that stand for curves, however coarsely or finely they are cut: one smooth curve inside the
+//! tube of the program, as fast as the curve that they stand for.
+
+use crate::common::generate::Dice;
+use crate::common::{
+    LIMITS, Program, assert_limits, cartesian, continuous, optimal, run, three_axes,
+};
+use lostmotion_base::{Coords, math};
+use lostmotion_path::Curve;
+use lostmotion_plan::{FeedLimit, PlanItem, PlannerConfig, Sample};
+use std::f64::consts::TAU;
+
+fn seconds(samples: &[Sample]) -> f64 {
+    (samples.len() - 1) as f64 * 1e-3
+}
+
+fn round(value: f64, grid: f64) -> f64 {
+    if grid > 0.0 {
+        (value / grid).round() * grid
+    } else {
+        value
+    }
+}
+
+/// Turns of a circle in chords, their ends on a grid.
+fn chords(radius: f64, in_a_turn: u32, turns: u32, tolerance: f64, grid: f64) -> Program {
+    let mut program = Program::new(continuous(tolerance), 100.0);
+    for k in 1..=in_a_turn * turns {
+        let (sin, cos) = math::sin_cos(TAU * f64::from(k) / f64::from(in_a_turn));
+        program.line(
+            round(radius * sin, grid),
+            round(radius * (1.0 - cos), grid),
+            0.0,
+        );
+    }
+    program
+}
+
+/// The same as arcs.
+fn arcs(radius: f64, turns: u32) -> f64 {
+    let mut program = Program::new(continuous(0.01), 100.0);
+    for _ in 0..turns {
+        program.arc(0.0, radius, TAU);
+    }
+    seconds(&program.run())
+}
+
+/// Lines of one length that turn by the angles of a rule.
+fn turned(length: f64, count: usize, tolerance: f64, turn: impl Fn(usize) -> f64) -> Program {
+    let mut program = Program::new(continuous(tolerance), 100.0);
+    let mut heading = 0.0;
+    for k in 0..count {
+        let [x, y, z] = program.here.linear();
+        let (sin, cos) = math::sin_cos(heading);
+        program.line(x + length * cos, y + length * sin, z);
+        heading += turn(k);
+    }
+    program
+}
+
+fn zigzag(length: f64, degrees: f64, count: usize, tolerance: f64) -> Program {
+    let turn = degrees.to_radians();
+    turned(length, count, tolerance, |k| {
+        if k % 2 == 0 { turn } else { -turn }
+    })
+}
+
+/// Distance of a point from lines, mm.
+fn distance(point: Coords, curves: impl Iterator<Item = Curve>) -> f64 {
+    curves
+        .map(|curve| {
+            curve
+                .nearest(point.linear(), (0.0, f64::INFINITY), 1e-9)
+                .distance
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Along a curve inside the tube each sample is where it says.
+const CURVE: [f64; 2] = [1.1, 1e-6];
+/// Blends, and corners that are rounded in time, say so to first order.
+const ANY: [f64; 2] = [8.0, 1e-6];
+/// Retimed samples lie between nominal ones, so that near a change of feed they are a little faster.
+const RETIMED: [f64; 2] = [8.0, 2e-3];
+
+/// What an outsider finds: limits by differences; both sides of the tube against the lines alone,
+/// those that a sample names and those beside them; every vertex against the chords of the samples;
+/// feed; the place that each sample names is within `named` tolerances of it, and the feed is passed
+/// by no more than the part `over`.
+fn judge(program: &Program, samples: &[Sample], tolerance: f64, [named, over]: [f64; 2]) {
+    assert_limits(samples, &[Some(LIMITS); 3]);
+    let moves = &program.moves;
+    for sample in samples {
+        let k = sample.segment as usize;
+        let place = moves[k].curve.point(sample.s);
+        let off = (place - sample.position).linear_norm();
+        let near = k.saturating_sub(2)..moves.len().min(k + 3);
+        let side = distance(sample.position, moves[near].iter().map(|m| m.curve));
+        assert!(
+            side <= tolerance + 1e-9,
+            "{side} mm beside line {k} of {tolerance}"
+        );
+        // The place that is named is one on the way, not just any.
+        assert!(
+            off <= named * tolerance + 1e-9,
+            "{off} mm from {k} {}",
+            sample.s
+        );
+        if let FeedLimit::PerSecond(feed) = moves[k].feed {
+            let speed = sample.velocity.linear_norm();
+            assert!(
+                speed <= feed * (1.0 + over),
+                "{speed} of {feed} on line {k} at {} of {}",
+                sample.s,
+                moves[k].curve.length()
+            );
+        }
+    }
+    assert!(
+        samples
+            .windows(2)
+            .all(|pair| pair[0].segment <= pair[1].segment)
+    );
+    // Both axes at their acceleration leave the chord of two samples by a T^2 / 8.
+    let sagitta = 1.5 * LIMITS.acceleration * 1e-6 / 8.0;
+    let mut from = 0;
+    for (k, vertex) in moves.iter().map(|m| m.curve.end()).enumerate() {
+        while from + 1 < samples.len() && (samples[from + 1].segment as usize) + 3 < k {
+            from += 1;
+        }
+        let legs = samples[from..].windows(2);
+        let legs = legs.take_while(|pair| pair[0].segment as usize <= k + 4);
+        let missed = distance(
+            vertex,
+            legs.map(|pair| Curve::line(pair[0].position, pair[1].position)),
+        );
+        assert!(
+            missed <= tolerance + sagitta,
+            "vertex {k} is missed by {missed} mm of {tolerance}"
+        );
+    }
+    let last = samples[samples.len() - 1].position;
+    assert!((last - program.here).linear_norm() < 1e-8);
+}
+
+/// Sagittas of two fifths to twice of the tolerance.
+#[test]
+fn coarse_chords_take_the_time_of_their_circle() {
+    for (radius, in_a_turn, tolerance) in [
+        (5.0, 79, 0.01),
+        (5.0, 70, 0.01),
+        (5.0, 50, 0.01),
+        (5.0, 36, 0.01),
+        (2.0, 45, 0.01),
+        (20.0, 100, 0.01),
+        (10.0, 100, 0.005),
+        (10.0, 50, 0.02),
+    ] {
+        let program = chords(radius, in_a_turn, 3, tolerance, 0.0);
+        let samples = program.run();
+        judge(&program, &samples, tolerance, CURVE);
+        let (time, arc) = (seconds(&samples), arcs(radius, 3));
+        assert!(
+            time <= 1.02 * arc,
+            "R{radius} in {in_a_turn}: {time}, as arcs {arc}"
+        );
+    }
+}
+
+/// However dense the points are, and however coarse the grid that they are rounded to.
+#[test]
+fn dense_points_take_the_time_of_their_circle() {
+    let arc = arcs(20.0, 1);
+    for (step, grid) in [
+        (0.1, 1e-3),
+        (0.02, 1e-3),
+        (0.01, 1e-3),
+        (0.005, 1e-3),
+        (0.005, 2.54e-3),
+    ] {
+        let in_a_turn = (20.0 * TAU / step) as u32;
+        let program = chords(20.0, in_a_turn, 1, 0.01, grid);
+        let samples = program.run();
+        assert_limits(&samples, &[Some(LIMITS); 3]);
+        let time = seconds(&samples);
+        assert!(
+            time <= 1.02 * arc,
+            "every {step} mm on {grid}: {time}, as an arc {arc}"
+        );
+        for sample in &samples {
+            let [x, y, _] = sample.position.linear();
+            let off = (math::hypot(x, y - 20.0) - 20.0).abs();
+            // The points lie within half a diagonal of the grid beside the circle.
+            assert!(off <= 0.01 + 0.8 * grid, "{off} mm beside the circle");
+        }
+    }
+}
+
+/// Milliseconds a corner, against the least that a linear program over the jerk finds.
+#[test]
+fn zigzags_swing_across_the_tube() {
+    for (degrees, least_ms, factor) in [
+        (6.0, 32.0, 1.15),
+        (10.0, 40.0, 1.08),
+        (20.0, 66.0, 1.18),
+        (30.0, 80.0, 1.2),
+    ] {
+        let program = zigzag(2.0, degrees, 60, 0.01);
+        let samples = program.run();
+        judge(&program, &samples, 0.01, CURVE);
+        let corner_ms = 1e3 * seconds(&samples) / 60.0;
+        assert!(
+            corner_ms <= factor * least_ms,
+            "{degrees} degrees: {corner_ms} ms a corner, {least_ms} can be reached"
+        );
+    }
+}
+
+/// A kind of lines that follow from a seed: even or uneven, on a grid or not.
+fn drawn(seed: u64) -> (Program, f64) {
+    let mut dice = Dice::seeded(seed ^ 0x71BE);
+    let tolerance = dice.spread(0.002, 0.1);
+    let mut program = Program::new(continuous(tolerance), dice.between(20.0, 100.0));
+    let mut heading = dice.between(0.0, TAU);
+    for _ in 0..4 {
+        let kind = dice.roll();
+        let (length, turn) = (dice.spread(0.005, 5.0), dice.spread(0.005, 0.7));
+        let (grid, side) = (
+            dice.one_of(&[0.0, 0.0, 1e-3, 2.54e-3]),
+            dice.one_of(&[-1.0, 1.0]),
+        );
+        let climb = dice.one_of(&[0.0, 0.2]);
+        if dice.roll() < 0.3 {
+            program.feed = FeedLimit::PerSecond(dice.between(20.0, 100.0));
+        }
+        for k in 0..dice.spread(5.0, 60.0) as usize {
+            heading += if kind < 0.3 {
+                side * turn
+            } else if kind < 0.6 {
+                turn * if k % 2 == 0 { 1.0 } else { -1.0 }
+            } else {
+                dice.between(-turn, turn)
+            };
+            let [x, y, z] = program.here.linear();
+            let (sin, cos) = math::sin_cos(heading);
+            program.line(
+                round(x + length * cos, grid),
+                round(y + length * sin, grid),
+                round(z + climb * length, grid),
+            );
+        }
+        if dice.roll() < 0.3 {
+            heading += dice.between(-2.0, 2.0);
+        }
+        if dice.roll() < 0.2 {
+            let radius = dice.spread(0.2, 20.0);
+            let (sin, cos) = math::sin_cos(heading);
+            program.arc(-radius * sin, radius * cos, dice.between(0.2, 3.0));
+        }
+    }
+    (program, tolerance)
+}
+
+#[test]
+fn limits_tube_and_vertices_hold_on_lines_of_any_kind() {
+    for seed in 0..400 {
+        let (program, tolerance) = drawn(seed);
+        judge(&program, &program.run(), tolerance, ANY);
+    }
+}
+
+#[test]
+fn so_they_do_at_nearly_the_least_time() {
+    for seed in 1000..1012 {
+        let (program, tolerance) = drawn(seed);
+        judge(&program, &program.run_with(optimal()), tolerance, RETIMED);
+    }
+}
+
+/// A stretch of many lines is worked off in parts; where they meet nothing shows.
+#[test]
+fn long_stretches_are_found_in_parts() {
+    let mut dice = Dice::seeded(11);
+    let noise: Vec<f64> = (0..6000).map(|_| dice.between(-0.003, 0.003)).collect();
+    let mut program = Program::new(continuous(0.01), 100.0);
+    for (k, noise) in noise.iter().enumerate() {
+        let x = 0.05 * (k + 1) as f64;
+        program.line(x, 3.0 * math::sin(0.2 * x) + noise, 0.0);
+    }
+    let samples = program.run();
+    judge(&program, &samples, 0.01, CURVE);
+    // 300 mm at the feed, a little longer by the sine, start and stop.
+    let time = seconds(&samples);
+    assert!(time < 1.04 * 3.28 + 0.15, "{time}");
+}
+
+/// A part of the lines at a lower feed costs what it takes at that feed.
+#[test]
+fn a_change_of_feed_counts_from_its_line_on() {
+    let slow = |from: usize, to: usize| {
+        let mut program = chords(20.0, 400, 1, 0.01, 0.0);
+        for m in &mut program.moves[from..to] {
+            m.feed = FeedLimit::PerSecond(20.0);
+        }
+        let items = program.moves.iter().map(|m| PlanItem::Move(*m));
+        let samples = run(three_axes(), cartesian(), Coords::ZERO, items);
+        judge(&program, &samples, 0.01, CURVE);
+        seconds(&samples)
+    };
+    // 100 lines of 0.314 mm at 20 instead of 100 mm/s: 1.256 s more, and the ramps.
+    let more = slow(100, 200) - slow(0, 0);
+    assert!((1.256..1.256 + 0.12).contains(&more), "{more}");
+}
+
+/// What is held does not grow with the program.
+#[test]
+fn memory_is_bounded() {
+    let config = PlannerConfig {
+        window_pieces: 256,
+        ..three_axes()
+    };
+    let mut planner = lostmotion_plan::Planner::new(config, cartesian(), Coords::ZERO).unwrap();
+    let mut samples = Vec::new();
+    let mut held = 0;
+    for m in &chords(5.0, 50, 100, 0.01, 0.0).moves {
+        planner.push(PlanItem::Move(*m)).unwrap();
+        planner.take(usize::MAX, &mut samples);
+        samples.clear();
+        held = held.max(planner.held_pieces());
+    }
+    assert!(held < 1024, "{held}");
+}
