@@ -5,7 +5,7 @@ use crate::fits::{FitResult, LoadStiffness, SCHEMA, rad_per_unit};
 use crate::identify::{self, Identify};
 use crate::input;
 use crate::logs::{self, LogInput, LogOverview, axis_unit};
-use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
+use crate::options::machine::{Cycles, axis, axis_files, interpolator, interpolators, set_changes};
 use crate::options::methods;
 use crate::options::start::Start;
 use crate::output::{self, DONE, Failure};
@@ -23,7 +23,7 @@ use lostmotion::report::csv::{AxisTraceWriter, SetpointReader, SetpointSource};
 use lostmotion::report::{WriteError, json, number};
 use lostmotion::sim::machine::Memory;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// `axis`.
 #[derive(Debug, Subcommand)]
@@ -111,13 +111,6 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
         AxisCommand::Identify(args) => identify::run(args, quiet),
         AxisCommand::Log(args) => logs::overview(args),
     }
-}
-
-/// The files that the name of an axis may stand for: FILE.toml, or FILE.toml:x.
-pub(crate) fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)> {
-    let machine = name.and_then(|name| Some(name.rsplit_once(':')?.0));
-    let files = name.into_iter().chain(machine);
-    files.map(|file| (Path::new(file), "file of the axis"))
 }
 
 /// What a memory calls an axis: the letter behind the machine's name, or `axis` where it stands

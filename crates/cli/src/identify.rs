@@ -3,7 +3,7 @@
 
 use crate::fits::rad_per_unit;
 use crate::logs::{LogInput, axis_unit};
-use crate::options::machine::axis;
+use crate::options::machine::{axis, axis_files};
 use crate::output::{self, DONE, FOUND, Failure};
 use clap::{Args, ValueHint};
 use lostmotion::drive::config::{AxisUnit, Load};
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let name = args.log.name();
     for out in [&args.out, &args.overlay].into_iter().flatten() {
         output::refuse_input(out, &args.log.log, "log")?;
-        output::refuse_inputs(out, crate::axis::axis_files(args.axis.as_deref()))?;
+        output::refuse_inputs(out, axis_files(args.axis.as_deref()))?;
     }
     if let (Some(out), Some(overlay)) = (&args.out, &args.overlay)
         && out == overlay

@@ -49,14 +49,14 @@ const MIN_TRAVEL: f64 = 30.0;
 
 /// The axis as one body, as current and acceleration show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct RigidBody {
+struct RigidMass {
     /// Inertia of motor and load together, kg m2.
     inertia_kgm2: f64,
     /// Its standard error, kg m2, as of independent windows.
     inertia_error_kgm2: f64,
 }
 
-impl RigidBody {
+impl RigidMass {
     /// The body that explains the current best; `None` if the axis hardly moves.
     fn of(log: &BacklashLog, settings: &FitSettings) -> Option<Self> {
         let half = (HALF_WINDOW_S / log.period_s()).round().max(1.0) as usize;
@@ -146,7 +146,7 @@ pub(crate) fn check(
             return Ok(());
         }
     }
-    let Some(body) = RigidBody::of(log, settings) else {
+    let Some(body) = RigidMass::of(log, settings) else {
         return Ok(());
     };
     let error = SURE_ERRORS * body.inertia_error_kgm2;

@@ -1,7 +1,7 @@
 //! Accelerometers of printer firmware: Klipper's raw data and RepRapFirmware's M956.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Header, Row, Source};
+use crate::source::{Channel, Format, Header, Row, Source};
 use crate::text::{Lines, no_number, number};
 use crate::unit::Unit;
 use std::io::BufRead;

@@ -3,8 +3,9 @@
 use crate::clocks::{Track, on_one_clock};
 use crate::error::LogError;
 use crate::motion::{held, jumps, unwrap, wrap};
-use crate::reader::{Format, Header, LogReader, ReadOptions, Row};
+use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign};
+use crate::source::{Format, Header, ReadOptions, Row};
 use crate::unit::{Quantity, Unit};
 use std::io::BufRead;
 

@@ -1,7 +1,7 @@
 //! The text of EPICS' `camonitor`: one line a change of one process variable, with its own stamp.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Head, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, no_number, number};
 use crate::time::{between_s, stamp};
 use std::collections::BTreeMap;

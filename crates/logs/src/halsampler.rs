@@ -1,7 +1,7 @@
 //! The text of LinuxCNC's `halsampler`: numbers with a blank behind each, no header, no period.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
 use crate::text::{Lines, no_number, number};
 use std::io::BufRead;
 

@@ -1,7 +1,7 @@
 //! Logs that LinuxCNC's HALscope saves, of all three generations.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, no_number, number};
 use std::io::BufRead;
 

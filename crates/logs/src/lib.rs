@@ -41,6 +41,7 @@ mod motion;
 mod reader;
 mod roles;
 mod sinumerik;
+mod source;
 mod table;
 mod text;
 mod time;
@@ -50,6 +51,7 @@ mod unit;
 
 pub use axis::{AxisLog, AxisOptions, DriveSignal, read_axis};
 pub use error::LogError;
-pub use reader::{Channel, Format, Header, LogReader, ReadOptions, Row};
+pub use reader::LogReader;
 pub use roles::{ColumnSpec, Role};
+pub use source::{Channel, Format, Header, ReadOptions, Row};
 pub use unit::{Quantity, Unit};

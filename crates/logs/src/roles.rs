@@ -1,7 +1,7 @@
 //! Which channel is what: told by the caller, or by the names that controls give.
 
 use crate::error::LogError;
-use crate::reader::{Format, Header};
+use crate::source::{Format, Header};
 use crate::unit::{Quantity, Unit, stem};
 use lostmotion_base::text::shortened;
 use std::fmt;

@@ -1,7 +1,7 @@
 //! Trace sessions of Sinumerik Operate, XML: each record lists the signals that changed.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::unit::Unit;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};

@@ -1,7 +1,7 @@
 //! Tables of any kind: separator, decimal mark, header and units are found from the first lines.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
 use crate::text::{Lines, Separator, no_number, number};
 use crate::time::{between_s, clock_s, stamp};
 use crate::unit::{Quantity, Unit, stem};

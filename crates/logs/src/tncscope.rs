@@ -1,7 +1,7 @@
 //! Heidenhain's TNCscope data files, text of version 2.0.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, no_number, number};
 use crate::unit::Unit;
 use std::io::BufRead;

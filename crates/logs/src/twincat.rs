@@ -2,7 +2,7 @@
 //! column of times each.
 
 use crate::error::LogError;
-use crate::reader::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, Separator, no_number, number};
 use std::borrow::Cow;
 use std::io::BufRead;

@@ -308,6 +308,13 @@ pub(crate) fn failure(error: &MachineError) -> Failure {
     ))
 }
 
+/// The files that the name of an axis may stand for: FILE.toml, or FILE.toml:x.
+pub(crate) fn axis_files(name: Option<&str>) -> impl Iterator<Item = (&Path, &'static str)> {
+    let machine = name.and_then(|name| Some(name.rsplit_once(':')?.0));
+    let files = name.into_iter().chain(machine);
+    files.map(|file| (Path::new(file), "file of the axis"))
+}
+
 /// The axis of a preset (`paper`, `vmc3:x`), of a machine file (`FILE.toml:x`), or of a file with
 /// the tables of one axis; changes are keys of the machine file or of the axis file.
 pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure> {

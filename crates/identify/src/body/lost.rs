@@ -9,7 +9,7 @@
 //! motor - load = offset + step s / 2 + travel_lost z / 2,    dz / dx = (s - z) / length
 //! ```
 
-use super::squares::{Found, Squares, jackknife};
+use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, Motion, Rates};
 use crate::body::motion::noise_of;
 
@@ -77,7 +77,7 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         .map(|index| lowest * lostmotion_base::math::exp(growth * index as f64))
         .collect();
     let crossing = crossing(log);
-    let fits: Vec<Option<Found<COEFFICIENTS>>> = lengths
+    let fits: Vec<Option<SquaresFit<COEFFICIENTS>>> = lengths
         .iter()
         .map(|&length| fit(log, &place, &crossing, length, true))
         .collect();
@@ -180,7 +180,7 @@ fn fit(
     crossing: &[bool],
     length: f64,
     along: bool,
-) -> Option<Found<COEFFICIENTS>> {
+) -> Option<SquaresFit<COEFFICIENTS>> {
     let mut squares = Squares::new(log.len());
     let (mut state, mut side, mut travel) = (0.0, 0.0, 0.0);
     for at in 1..log.len() {

@@ -1,6 +1,6 @@
 //! Inertia and friction of an axis from its motion and what drives it.
 
-use super::squares::{Found, Squares};
+use super::squares::{Squares, SquaresFit};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
 
@@ -186,7 +186,7 @@ fn fit(
     motion: &Motion,
     stribeck_speed: Option<f64>,
     sided: bool,
-) -> Option<Found<COEFFICIENTS>> {
+) -> Option<SquaresFit<COEFFICIENTS>> {
     let half = motion.half;
     let rates = Rates::new(&log.motor, half, log.period_s);
     let drive = Averages::new(&log.drive, half);

@@ -78,7 +78,7 @@ pub(crate) struct Squares<const P: usize> {
 }
 
 /// What least squares found.
-pub(crate) struct Found<const P: usize> {
+pub(crate) struct SquaresFit<const P: usize> {
     pub(crate) x: [f64; P],
     pub(crate) figures: [Figure; P],
     /// Coefficients without each block.
@@ -114,7 +114,7 @@ impl<const P: usize> Squares<P> {
     }
 
     /// Solves for the columns that are used; `None` where the rows do not tell them.
-    pub(crate) fn solve(&self, used: &[bool; P]) -> Option<Found<P>> {
+    pub(crate) fn solve(&self, used: &[bool; P]) -> Option<SquaresFit<P>> {
         let mut whole = Sums::ZERO;
         self.blocks.iter().for_each(|block| whole.add(block, 1.0));
         let x = whole.solve(used)?;
@@ -129,7 +129,7 @@ impl<const P: usize> Squares<P> {
         }
         let figures =
             std::array::from_fn(|i| jackknife(x[i], without.iter().map(|other| other[i])));
-        Some(Found {
+        Some(SquaresFit {
             x,
             figures,
             rms: (whole.residual(&x) / whole.rows).sqrt(),

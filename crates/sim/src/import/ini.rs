@@ -45,12 +45,12 @@ pub(super) struct Ini {
 
 /// The place of a line: in the imported file, and in which other file it stands, if it does.
 #[derive(Clone, Copy)]
-struct Place<'a> {
+struct LinePlace<'a> {
     line: usize,
     within: Option<(&'a str, usize)>,
 }
 
-impl Place<'_> {
+impl LinePlace<'_> {
     fn problem(self, text: &str, message: &str, hint: &str) -> Problem {
         let message = match self.within {
             Some((file, line)) => format!("{message} (line {line} of {file})"),
@@ -104,11 +104,11 @@ impl Ini {
                 whole = format!("{} {more}", rest.trim_end());
             }
             let place = match included {
-                Some((file, line)) => Place {
+                Some((file, line)) => LinePlace {
                     line,
                     within: Some((file, index + 1)),
                 },
-                None => Place {
+                None => LinePlace {
                     line: index + 1,
                     within: None,
                 },
@@ -123,7 +123,7 @@ impl Ini {
     fn include(
         &mut self,
         file: &str,
-        place: Place<'_>,
+        place: LinePlace<'_>,
         files: Files<'_>,
         depth: usize,
         problems: &mut Vec<Problem>,
@@ -154,7 +154,7 @@ impl Ini {
         }
     }
 
-    fn line(&mut self, line: &str, place: Place<'_>, problems: &mut Vec<Problem>) {
+    fn line(&mut self, line: &str, place: LinePlace<'_>, problems: &mut Vec<Problem>) {
         if line.is_empty() || line.starts_with(['#', ';']) {
             return;
         }

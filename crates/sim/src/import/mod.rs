@@ -139,7 +139,7 @@ impl ImportOptions<'_> {
 /// };
 /// let options = ImportOptions { files: &files, ..ImportOptions::new("vmc3") };
 /// let machine = import("mill.ini", ini, ImportFormat::LinuxCnc, &options)?;
-/// assert!(machine.toml.contains("[axis.x]"));
+/// assert!(machine.toml.contains("velocity_mm_s = 40.0 # [AXIS_X] MAX_VELOCITY"));
 /// # Ok::<(), lostmotion_sim::machine::MachineError>(())
 /// ```
 ///

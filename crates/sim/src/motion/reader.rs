@@ -1,6 +1,6 @@
 //! The program as a stream of motion, with the plane in force.
 
-use super::steer::{Fault, Read, Steering};
+use super::steer::{MotionFault, Read, Steering};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
@@ -77,7 +77,7 @@ impl Reader {
                 match self.steering.flush(&mut self.fold, &mut self.pending) {
                     Ok(true) => continue,
                     Ok(false) => return None,
-                    Err(Fault { problem, block }) => {
+                    Err(MotionFault { problem, block }) => {
                         return Some(Err((problem, block.unwrap_or_default())));
                     }
                 }
@@ -100,13 +100,13 @@ impl Reader {
                 CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}
             }
-            if let Err(Fault { problem, block }) = self.take(&sourced) {
+            if let Err(MotionFault { problem, block }) = self.take(&sourced) {
                 return Some(Err((problem, block.unwrap_or(sourced.block))));
             }
         }
     }
 
-    fn take(&mut self, sourced: &SourcedOp) -> Result<(), Fault> {
+    fn take(&mut self, sourced: &SourcedOp) -> Result<(), MotionFault> {
         let straight = matches!(
             sourced.op,
             CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_)
@@ -181,7 +181,7 @@ impl Reader {
     }
 
     /// Hands over moves whose directions have waited for more.
-    fn flush(&mut self) -> Result<(), Fault> {
+    fn flush(&mut self) -> Result<(), MotionFault> {
         if self.steering.flush(&mut self.fold, &mut self.pending)? {
             self.program.moved_to(self.fold.program_place());
         }

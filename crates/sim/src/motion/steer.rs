@@ -51,14 +51,14 @@ pub(crate) struct Steering {
 
 /// What is wrong with a motion, and with which block where that is not the one being read.
 #[derive(Debug)]
-pub(crate) struct Fault {
+pub(crate) struct MotionFault {
     pub(crate) problem: Problem,
     pub(crate) block: Option<BlockRef>,
 }
 
-impl From<Problem> for Fault {
-    fn from(problem: Problem) -> Fault {
-        Fault {
+impl From<Problem> for MotionFault {
+    fn from(problem: Problem) -> MotionFault {
+        MotionFault {
             problem,
             block: None,
         }
@@ -210,7 +210,7 @@ impl Steering {
         motion: Motion,
         plane: Plane,
         out: &mut VecDeque<Read>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), MotionFault> {
         let Some(direction) = self.direction else {
             return Ok(());
         };
@@ -235,7 +235,7 @@ impl Steering {
         &mut self,
         fold: &mut MotionFold,
         out: &mut VecDeque<Read>,
-    ) -> Result<bool, Fault> {
+    ) -> Result<bool, MotionFault> {
         if self.waiting.is_empty() {
             return Ok(false);
         }
@@ -248,7 +248,7 @@ impl Steering {
     }
 
     /// Turns the first moves that wait into steps, with solutions chosen over all that wait.
-    fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), Fault> {
+    fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), MotionFault> {
         let tip = Arc::clone(&self.tip);
         let Some(orientation) = tip.orientation() else {
             return Ok(());
@@ -276,7 +276,7 @@ impl Steering {
                 // It spoils the whole window: the moves behind it would start elsewhere.
                 self.waiting.clear();
                 let problem = refuse(&error);
-                return Err(Fault { problem, block });
+                return Err(MotionFault { problem, block });
             }
         };
         // Each move becomes one step, or several where the rotary axes pass a singular place; a

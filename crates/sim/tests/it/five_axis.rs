@@ -2,7 +2,7 @@
 //! on and off, arms.
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
-use lostmotion_sim::{Machine, Program, Simulation};
+use lostmotion_sim::{Machine, Program, SimError, Simulation};
 use std::path::PathBuf;
 
 fn part(name: &str) -> Program {
@@ -243,8 +243,15 @@ fn a_direction_out_of_reach_is_told_at_its_block() {
         }
         program.push_str(end);
         let refused = Simulation::new(&text(&program), &machine).plan(&mut |_, _| Ok(()));
-        let told = refused.err().unwrap().to_string();
-        assert!(told.contains(":5:"), "{waits} moves and {end:?}: {told}");
+        let Some(SimError::Program { diagnostics, .. }) = refused.err() else {
+            panic!("{waits} moves and {end:?}: not refused by the program");
+        };
+        let lines: Vec<u32> = diagnostics
+            .kept()
+            .iter()
+            .map(|error| error.place.span.line)
+            .collect();
+        assert_eq!(lines, [5], "{waits} moves and {end:?}");
     }
 }
 
