@@ -105,7 +105,7 @@ impl Header {
 pub struct Row {
     /// Line of the log.
     pub line: u64,
-    /// Time, s; of logs whose rate comes last the number of the row ([`LogReader::time_scale_s`]).
+    /// Time, s; of logs whose rate comes last the number of the row ([`crate::LogReader::time_scale_s`]).
     pub time_s: f64,
     /// The clock.
     pub group: usize,

@@ -5,8 +5,8 @@
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
-use super::kins::{self, Module, Numbered};
 use super::ini::{self, Entry, Ini};
+use super::kins::{self, Module, Numbered};
 use super::{Format, ImportOptions, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
@@ -317,7 +317,12 @@ impl<'a> Limits<'a> {
             let (axis, turns) = limit.axis;
             if !std::ptr::eq(holds, limit) {
                 let note = format!("axis {axis}: {} counts", holds.entry.name());
-                draft.row(limit.entry.name(), limit.entry.value.as_str(), Fate::Ignored, note);
+                draft.row(
+                    limit.entry.name(),
+                    limit.entry.value.as_str(),
+                    Fate::Ignored,
+                    note,
+                );
                 continue;
             }
             let draft_axis = draft.axis(axis, turns);
@@ -337,7 +342,12 @@ impl<'a> Limits<'a> {
                 line: limit.entry.line,
             });
             let note = format!("axis {axis}");
-            draft.row(limit.entry.name(), limit.entry.value.as_str(), Fate::Used, note);
+            draft.row(
+                limit.entry.name(),
+                limit.entry.value.as_str(),
+                Fate::Used,
+                note,
+            );
         }
     }
 }

@@ -241,11 +241,7 @@ fn ends<'a>(
     }
 }
 
-fn build<'a>(
-    draft: &mut Draft,
-    joints: &[Joint<'a>],
-    tip: Option<&'a str>,
-) -> Result<(), Problem> {
+fn build<'a>(draft: &mut Draft, joints: &[Joint<'a>], tip: Option<&'a str>) -> Result<(), Problem> {
     let (table, tool) = ends(joints, tip)?;
     // What is on neither way is told, so that no joint goes without a word.
     let ways: Vec<&str> = table
@@ -256,7 +252,12 @@ fn build<'a>(
         .collect();
     for joint in joints.iter().filter(|joint| !ways.contains(&joint.name)) {
         let note = format!("not on the way to {tool}");
-        draft.row(format!("joint {}", joint.name), joint.kind, Fate::Ignored, note);
+        draft.row(
+            format!("joint {}", joint.name),
+            joint.kind,
+            Fate::Ignored,
+            note,
+        );
     }
     let mut chain = Vec::new();
     if let Some(table) = table {
