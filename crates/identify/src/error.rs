@@ -269,9 +269,12 @@ pub enum Cause {
     /// Degrees and radians.
     #[error("degrees and radians look exchanged")]
     Degrees,
-    /// Revolutions in place of rad.
+    /// Revolutions of the motor, or in place of rad.
     #[error("the positions look like revolutions")]
     Revolutions,
+    /// The motor's angle in place of the axis' position.
+    #[error("the positions look like the motor's angle in rad; `_mm` and `_deg` are the axis'")]
+    MotorAngle,
     /// The current has the other sign.
     #[error("the sign of the current, or of both positions, looks reversed")]
     CurrentSign,

@@ -240,6 +240,16 @@ fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
         (Some(1.0f64.to_radians()), Cause::Degrees),
         (Some(std::f64::consts::TAU), Cause::Revolutions),
         (
+            settings
+                .motor_rad_per_unit
+                .map(|angle| std::f64::consts::TAU / angle),
+            Cause::Revolutions,
+        ),
+        (
+            settings.motor_rad_per_unit.map(f64::recip),
+            Cause::MotorAngle,
+        ),
+        (
             Some(settings.torque_constant_nm_per_a),
             Cause::TorqueForCurrent,
         ),

@@ -27,6 +27,9 @@ pub struct FitSettings {
     pub known_inertia_kgm2: Option<f64>,
     /// Rated torque of the motor, N m: names a current in percent.
     pub rated_torque_nm: Option<f64>,
+    /// Angle of the motor for a unit of the log's positions, rad: names positions that are the
+    /// motor's turns or its angle.
+    pub motor_rad_per_unit: Option<f64>,
     /// Whether the motor's own friction is as given; without it friction and inertia of the motor
     /// are fitted, too, in parts of the torque constant, and presumed to be Coulomb and viscous.
     pub motor_friction_known: bool,
@@ -64,6 +67,7 @@ impl Default for FitSettings {
             motor_coulomb_nm: 0.0,
             known_inertia_kgm2: None,
             rated_torque_nm: None,
+            motor_rad_per_unit: None,
             motor_friction_known: true,
             stiffness_nm_per_rad: None,
             fit_damping: true,
@@ -110,6 +114,7 @@ impl FitSettings {
                 axis.motor_side_inertia_kgm2() + axis.reflected_load().inertia_kgm2,
             ),
             rated_torque_nm: Some(motor.rated_torque_nm),
+            motor_rad_per_unit: Some(axis.transmission.motor_rad_per_unit()),
             ..Self::new(
                 motor.torque_constant_nm_per_a,
                 Some(axis.motor_side_inertia_kgm2()),
@@ -150,6 +155,7 @@ impl FitSettings {
             ),
             ("stiffness_nm_per_rad", self.stiffness_nm_per_rad),
             ("torque_threshold_nm", self.torque_threshold_nm),
+            ("motor_rad_per_unit", self.motor_rad_per_unit),
             ("huber_delta_rad", self.huber_delta_rad),
             ("slip_share", Some(self.slip_share)),
             ("solver_tolerance", Some(self.solver_tolerance)),

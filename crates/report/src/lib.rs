@@ -10,6 +10,8 @@ pub mod csv;
 pub mod error;
 pub mod findings;
 pub mod json;
+#[cfg(feature = "mcap")]
+pub mod mcap;
 pub mod number;
 pub mod page;
 #[cfg(feature = "parquet")]

@@ -30,6 +30,8 @@ pub struct ContourPoint {
     pub commanded_mm: [f64; 3],
     /// Actual tip, mm.
     pub actual_mm: [f64; 3],
+    /// Unit vector along the commanded tool, from its tip to the spindle, in the part's directions.
+    pub tool: [f64; 3],
     /// Whether any joint is commanded to move; the others are not judged.
     pub moving: bool,
     /// Whether the tool is on a G0 move.

@@ -9,6 +9,7 @@ use lostmotion::report::csv::{
     BlockWriter, ContourWriter, MotorWriter, ReversalWriter, Rows, TraceRange,
 };
 use lostmotion::report::findings::BlockRecorder;
+use lostmotion::report::mcap::{ContourMessages, MotorMessages, Topics};
 use lostmotion::report::page::{Gathered, PageRecorder, page, still};
 use lostmotion::report::parquet::{ContourTable, MotorTable};
 use lostmotion::report::text::Along;
@@ -22,10 +23,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// What is written of every servo tick.
 #[derive(Debug, Args)]
 pub(crate) struct Trace {
-    /// Also write contour.csv (or .parquet): contour error and places of command and tool at every servo tick
+    /// Also write contour.csv (.parquet, .mcap): contour error and places of command and tool at every servo tick
     #[arg(long, requires = "out")]
     pub(crate) trace: bool,
-    /// Also write motors.csv (or .parquet): reference, motor, load, current, torque and engagement of every axis
+    /// Also write motors.csv (.parquet, .mcap): reference, motor, load, current, torque and engagement of every axis
     /// at every servo tick
     #[arg(long, requires = "out")]
     pub(crate) trace_motors: bool,
@@ -51,6 +52,8 @@ pub(crate) enum TraceFormat {
     Csv,
     /// Columns of numbers in full, for data tools
     Parquet,
+    /// Messages with their times, for robotics tools
+    Mcap,
 }
 
 impl TraceFormat {
@@ -59,14 +62,16 @@ impl TraceFormat {
         match self {
             TraceFormat::Csv => format!("{table}.csv"),
             TraceFormat::Parquet => format!("{table}.parquet"),
+            TraceFormat::Mcap => format!("{table}.mcap"),
         }
     }
 }
 
-/// A table of contour errors in either form.
+/// A table of contour errors in its form.
 enum ContourTrace {
     Csv(ContourWriter<Rows<AtomicFile>>),
     Parquet(ContourTable<AtomicFile>),
+    Mcap(ContourMessages<AtomicFile>),
 }
 
 impl ContourTrace {
@@ -74,6 +79,10 @@ impl ContourTrace {
         Ok(match form {
             TraceFormat::Csv => ContourTrace::Csv(ContourWriter::new(file, range)?),
             TraceFormat::Parquet => ContourTrace::Parquet(ContourTable::start(file, range)?),
+            TraceFormat::Mcap => {
+                let topics = Topics::new(file, "contour");
+                ContourTrace::Mcap(ContourMessages::start(topics, range)?)
+            }
         })
     }
 
@@ -81,6 +90,7 @@ impl ContourTrace {
         match self {
             ContourTrace::Csv(writer) => writer.push(method, points),
             ContourTrace::Parquet(writer) => writer.push(method, points),
+            ContourTrace::Mcap(writer) => writer.push(method, points),
         }
     }
 
@@ -88,14 +98,16 @@ impl ContourTrace {
         match self {
             ContourTrace::Csv(writer) => writer.finish(),
             ContourTrace::Parquet(writer) => writer.finish(),
+            ContourTrace::Mcap(writer) => writer.finish().map(|topics| topics.out),
         }
     }
 }
 
-/// A table of motors in either form.
+/// A table of motors in its form.
 enum MotorTrace {
     Csv(MotorWriter<Rows<AtomicFile>>),
     Parquet(MotorTable<AtomicFile>),
+    Mcap(MotorMessages<AtomicFile>),
 }
 
 impl MotorTrace {
@@ -103,6 +115,9 @@ impl MotorTrace {
         match form {
             TraceFormat::Csv => MotorTrace::Csv(MotorWriter::new(file, range)),
             TraceFormat::Parquet => MotorTrace::Parquet(MotorTable::start(file, range)),
+            TraceFormat::Mcap => {
+                MotorTrace::Mcap(MotorMessages::start(Topics::new(file, "motors"), range))
+            }
         }
     }
 
@@ -110,6 +125,7 @@ impl MotorTrace {
         match self {
             MotorTrace::Csv(writer) => writer.push(method, points),
             MotorTrace::Parquet(writer) => writer.push(method, points),
+            MotorTrace::Mcap(writer) => writer.push(method, points),
         }
     }
 
@@ -117,6 +133,7 @@ impl MotorTrace {
         match self {
             MotorTrace::Csv(writer) => writer.finish(),
             MotorTrace::Parquet(writer) => writer.finish(),
+            MotorTrace::Mcap(writer) => writer.finish().map(|topics| topics.out),
         }
     }
 }

@@ -339,17 +339,55 @@ fn traces_have_every_tick_or_a_window_or_the_peaks() {
             .into_iter()
             .fold(0.0, |most: f64, value| most.max(value.abs()))
     };
-    for (name, table, thin) in [
-        ("error_um", &contour, &few),
-        ("backlash_um", &contour, &few),
-        ("x_current_a", &motors, &few_motors),
+    // Two sizes of the contour, three of each of the three motors.
+    for (name, table, thin, sizes) in [
+        ("error_um", &contour, &few, 2),
+        ("backlash_um", &contour, &few, 2),
+        ("x_current_a", &motors, &few_motors, 9),
     ] {
         assert_eq!(
             peak(table, name).to_bits(),
             peak(thin, name).to_bits(),
             "{name}"
         );
-        assert!(thin.lines().count() <= 2 + 2 * (times.len() / 400 + 1));
+        assert!(thin.lines().count() <= 1 + sizes * times.len().div_ceil(400));
+    }
+}
+
+/// Where three motors move at their own times, each one's peaks are in the thinned table.
+#[test]
+fn a_thinned_trace_keeps_the_peaks_of_every_motor() {
+    let folder = part();
+    let at = folder.path();
+    let program = "G21 G17 G90 G94 G54\nG61.1\nG1 X6 F1500\nG1 Y4\nG1 Z-3 F600\n\
+                   G1 X1 Y3 Z-1 F2000\nG1 Z0\nG1 X0 Y0\nM2\n";
+    std::fs::write(at.join("space.ngc"), program).unwrap();
+    let motors = |out: &str, more: &[&str]| {
+        let mut arguments = vec!["simulate", "space.ngc", "--trace-motors", "--out", out];
+        arguments.extend(more);
+        text(at, 0, &arguments);
+        std::fs::read_to_string(at.join(out).join("motors.csv")).unwrap()
+    };
+    let (full, thin) = (motors("all", &[]), motors("few", &["--every", "250"]));
+    let groups = column(&full, "t_s").len().div_ceil(250);
+    assert!(thin.lines().count() <= 1 + 9 * groups);
+    for motor in ["x", "y", "z"] {
+        let peaks = |table: &str| {
+            let [reference, turned, load, current] =
+                ["reference_mm", "motor_mm", "load_mm", "current_a"]
+                    .map(|name| column(table, &format!("{motor}_{name}")));
+            let largest = |values: &mut dyn Iterator<Item = f64>| {
+                values.fold(0.0, |most: f64, value| most.max(value.abs()))
+            };
+            let apart =
+                |a: &[f64], b: &[f64]| largest(&mut a.iter().zip(b).map(|(a, b)| a - b)).to_bits();
+            [
+                apart(&reference, &turned),
+                apart(&reference, &load),
+                largest(&mut current.into_iter()).to_bits(),
+            ]
+        };
+        assert_eq!(peaks(&full), peaks(&thin), "{motor}");
     }
 }
 

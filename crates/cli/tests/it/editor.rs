@@ -343,6 +343,7 @@ fn a_run_shows_the_error_behind_each_line() {
 fn wrong_messages_do_no_harm() {
     let bench = Bench::new();
     bench.refuses(&["lsp", "-m", "nowhere"], &["nowhere"]);
+    bench.refuses(&["lsp"], &["the input ended before a client"]);
     let mut editor = Editor::new(&bench, &[]);
     for (method, params) in [
         ("textDocument/rename", of(URI)),

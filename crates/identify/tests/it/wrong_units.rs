@@ -72,6 +72,38 @@ fn positions_in_metres_degrees_or_revolutions() {
     }
 }
 
+/// A wrong unit that hangs on the lead. Where another one is as near (a lead of some 6 mm is TAU for
+/// rad, one of 25 mm inches) that one may be named, and where the factor is small, as of an angle and
+/// a lead of some 12 mm, noise hides it.
+#[test]
+fn positions_in_turns_or_as_the_angle_of_the_motor() {
+    let mut named = [0; 2];
+    for seed in 300..308 {
+        let axis = axis(seed);
+        let turns = axis.rad_per_mm() / std::f64::consts::TAU;
+        for (at, (factor, cause)) in [
+            (turns, Cause::Revolutions),
+            (axis.rad_per_mm(), Cause::MotorAngle),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let mut rows = axis.record();
+            scale(&mut rows.motor_mm, factor);
+            scale(&mut rows.load_mm, factor);
+            let log = axis.log(&rows).unwrap();
+            match fit_backlash(&log, &axis.settings()) {
+                Err(FitError::Implausible { cause: found, .. }) => {
+                    named[at] += usize::from(found == cause);
+                }
+                // A noisy log does not tell 12 mm a turn from 2 pi.
+                other => assert!((0.4..2.5).contains(&factor), "{seed} {factor}: {other:?}"),
+            }
+        }
+    }
+    assert!(named[0] >= 6 && named[1] >= 2, "{named:?}");
+}
+
 /// A torque in place of the current is off by the torque constant. Of 0.55 N m/A it is refused, if
 /// the log is clean enough to tell; of 1.08 N m/A it looks like a workpiece, and the gap is off by up
 /// to 8 % of the wind-up.

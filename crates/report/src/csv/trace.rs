@@ -13,7 +13,7 @@ const LOAD_DECIMALS: usize = 6;
 
 /// Which servo ticks of a trace are written.
 ///
-/// Of `every` ticks one or two are: those with the peaks, so that no peak is lost.
+/// Of `every` ticks those with the peaks are, so that no peak of any signal is lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceRange {
     /// From this time on, s.
@@ -40,30 +40,31 @@ impl TraceRange {
     }
 }
 
-/// The peaks of a group of ticks, by two sizes.
+/// The peaks of a group of ticks, by several sizes.
 #[derive(Clone, Debug)]
 struct Peaks<T> {
     seen: u64,
-    /// Size, place in the group, and the tick itself.
-    largest: [Option<(f64, u64, T)>; 2],
+    /// For each size: its largest value, the place in the group, and the tick itself.
+    largest: Vec<Option<(f64, u64, T)>>,
 }
 
 impl<T: Clone> Peaks<T> {
     const fn new() -> Peaks<T> {
         Peaks {
             seen: 0,
-            largest: [None, None],
+            largest: Vec::new(),
         }
     }
 
-    fn push(&mut self, sizes: [f64; 2], tick: &T) {
+    fn push(&mut self, sizes: &[f64], tick: &T) {
+        self.largest.resize(sizes.len(), None);
         for (largest, size) in self.largest.iter_mut().zip(sizes) {
             // Of equal ones the first; a size that is not a number gives way to any that is.
             if largest
                 .as_ref()
-                .is_none_or(|(most, ..)| size > *most || most.is_nan())
+                .is_none_or(|(most, ..)| *size > *most || most.is_nan())
             {
-                *largest = Some((size, self.seen, tick.clone()));
+                *largest = Some((*size, self.seen, tick.clone()));
             }
         }
         self.seen += 1;
@@ -103,7 +104,7 @@ impl<T: Clone> Thinned<T> {
     fn push(
         &mut self,
         method: &str,
-        sizes: [f64; 2],
+        sizes: &[f64],
         tick: &T,
     ) -> Option<impl Iterator<Item = T> + use<T>> {
         let known = self.methods.iter().position(|(name, _)| name == method);
@@ -196,7 +197,7 @@ impl<T: TableCells> ContourWriter<T> {
             let sizes = [point.error_um.abs(), point.backlash_um.abs()];
             for point in self
                 .thinned
-                .push(method, sizes, point)
+                .push(method, &sizes, point)
                 .into_iter()
                 .flatten()
             {
@@ -245,13 +246,15 @@ fn contour_row(rows: &mut impl TableCells, method: &str, point: &ContourPoint) -
 
 /// Writes the signals of all motors: `method`, `t_s`, and for each motor, named by its axis in lower
 /// case (`y2` is the second motor of a gantry's Y), `x_reference_<u>`, `x_motor_<u>`, `x_load_<u>`,
-/// `x_current_a`, `x_torque_nm`, `x_engagement` (-1, 0, 1). Peaks of a group are those of the largest
-/// following error and of the largest current.
+/// `x_current_a`, `x_torque_nm`, `x_engagement` (-1, 0, 1). Peaks of a group are, for
+/// each motor, those of the following error of motor and of load, and of the current (and so torque).
 pub struct MotorWriter<T: TableCells> {
     /// Until the first tick tells which motors there are.
     out: Option<T::Out>,
     rows: Option<T>,
     thinned: Thinned<Vec<MotorPoint>>,
+    /// Of each motor of a tick: following errors of motor and load, current.
+    sizes: Vec<f64>,
 }
 
 impl<W: Write> MotorWriter<Rows<W>> {
@@ -268,6 +271,7 @@ impl<T: TableCells> MotorWriter<T> {
             out: Some(out),
             rows: None,
             thinned: Thinned::new(range),
+            sizes: Vec::new(),
         }
     }
 
@@ -285,12 +289,15 @@ impl<T: TableCells> MotorWriter<T> {
             {
                 continue;
             }
-            let largest = |size: fn(&MotorPoint) -> f64| tick.iter().map(size).fold(0.0, f64::max);
-            let sizes = [
-                largest(|point| (point.reference - point.load).abs()),
-                largest(|point| point.current_a.abs()),
-            ];
-            let peaks = self.thinned.push(method, sizes, &tick.to_vec());
+            self.sizes.clear();
+            self.sizes.extend(tick.iter().flat_map(|point| {
+                [
+                    (point.reference - point.motor).abs(),
+                    (point.reference - point.load).abs(),
+                    point.current_a.abs(),
+                ]
+            }));
+            let peaks = self.thinned.push(method, &self.sizes, &tick.to_vec());
             for tick in peaks.into_iter().flatten() {
                 motor_row(self.rows.as_mut(), method, &tick)?;
             }

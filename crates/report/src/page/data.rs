@@ -6,9 +6,10 @@ use super::path::Path;
 use super::places::Place;
 use super::record::{Gathered, Motor, SIGNALS, Watched};
 use super::series::Envelope;
-use crate::number::round_to;
-use lostmotion_sim::Program;
+use crate::number::{fixed, round_to};
+use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{BlockResult, MethodResult, ReversalResult, Run};
+use lostmotion_sim::{Machine, Program};
 use serde_json::{Value, json};
 use std::io::{self, BufRead};
 
@@ -21,6 +22,9 @@ const LINES_AROUND: u32 = 200;
 /// Steps of a packed number on one side of 0: those of 16 bits, without the lowest, which stands for
 /// no value.
 const STEPS: f64 = 32_767.0;
+
+/// Signal behind [`SIGNALS`], of methods that learn.
+const GAP_ESTIMATE: &str = "gap estimate";
 
 /// Longest text that is shown, characters: names and messages can be of any length. A choice.
 const LONGEST_TEXT: usize = 1_000;
@@ -51,6 +55,23 @@ pub(super) fn escape(text: &str) -> String {
         }
     }
     out
+}
+
+/// The line of a block, with the number of its file if that is not the program.
+pub(super) fn line(block: &BlockRef) -> String {
+    match block.span.file {
+        0 => block.span.line.to_string(),
+        file => format!("{file}:{}", block.span.line),
+    }
+}
+
+/// The line of a block for HTML, which the scripts make clickable.
+pub(super) fn line_link(block: &BlockRef, time_s: f64) -> String {
+    format!(
+        "<a href=\"#view\" data-t=\"{}\">{}</a>",
+        fixed(time_s, 5),
+        line(block)
+    )
 }
 
 /// JSON for a `script` element: no `<` can end it, in whatever text it stands.
@@ -125,6 +146,7 @@ fn path(path: &Path) -> Value {
     }
     let step = [0, 1, 2].map(|axis| ((high[axis] - low[axis]) / 65_535.0).max(1e-9));
     let (mut places, mut normals, mut times, mut kinds) = (vec![], vec![], vec![], vec![]);
+    let mut tools = Vec::new();
     // Below any servo cycle, and coarser only where 12 hours would not fit.
     let end = stretches.last().map_or(0.0, |stretch| stretch.time_s);
     let time_step = (end / f64::from(u32::MAX)).max(1e-5);
@@ -135,6 +157,9 @@ fn path(path: &Path) -> Value {
             let steps = (stretch.from_mm[axis] - low[axis]) / step[axis];
             places.extend_from_slice(&(steps.round() as u16).to_le_bytes());
             normals.push((stretch.normal[axis] * 127.0).round() as i8 as u8);
+            if path.leans {
+                tools.push((stretch.tool[axis] * 127.0).round() as i8 as u8);
+            }
         }
         times.extend_from_slice(&((stretch.time_s / time_step).round() as u32).to_le_bytes());
         kinds.push(u8::from(stretch.rapid) | u8::from(stretch.broken) << 1);
@@ -159,6 +184,8 @@ fn path(path: &Path) -> Value {
         "step": step,
         "at": base64(&places),
         "normal": base64(&normals),
+        // Of machines that turn the tool.
+        "tool": path.leans.then(|| base64(&tools)),
         "t": base64(&times),
         "time_step": time_step,
         "kind": base64(&kinds),
@@ -229,21 +256,57 @@ fn place(place: &Place) -> Value {
     })
 }
 
-fn motor(motor: &Motor) -> Value {
+/// Estimates of the gap in the parts of a series: what was known when each of them began, in the unit
+/// of the axis. `None` for a method that learns nothing.
+fn gap_estimate(motor: &Motor, rad_per_unit: f64, tick_s: f64) -> Option<Value> {
     let series = &motor.series;
-    let signals = (0..SIGNALS.len()).map(|signal| ends(series, signal));
+    motor.gaps.first()?;
+    let part_s = series.ticks() as f64 * tick_s;
+    let mut known = motor.gaps.iter().peekable();
+    let mut gap = f64::NAN;
+    let values: Vec<f32> = (0..series.len())
+        .map(|part| {
+            while let Some((_, next)) = known.next_if(|(time, _)| *time <= part as f64 * part_s) {
+                gap = *next / rad_per_unit;
+            }
+            gap as f32
+        })
+        .collect();
+    let packed = packed(values.into_iter());
+    Some(json!({ "low": packed, "high": packed }))
+}
+
+fn motor(motor: &Motor, machine: &Machine, tick_s: f64) -> Value {
+    let series = &motor.series;
+    let name = format!(
+        "{}{}",
+        motor.axis.letter(),
+        if motor.second { "2" } else { "" }
+    );
+    let mut signals: Vec<Value> = (0..SIGNALS.len())
+        .map(|signal| ends(series, signal))
+        .collect();
+    let rad_per_unit = machine
+        .drive(&name.to_ascii_lowercase())
+        .map_or(1.0, |drive| drive.transmission.motor_rad_per_unit());
+    signals.extend(gap_estimate(motor, rad_per_unit, tick_s));
     json!({
-        "name": format!("{}{}", motor.axis.letter(), if motor.second { "2" } else { "" }),
+        "name": name,
         "unit": motor.unit.symbol(),
         "n": series.len(),
         "ticks": series.ticks(),
-        "signals": signals.collect::<Vec<_>>(),
+        "signals": signals,
     })
 }
 
-fn method(result: &MethodResult, watched: &Watched) -> Value {
+fn method(result: &MethodResult, watched: &Watched, machine: &Machine, tick_s: f64) -> Value {
     let histogram = &watched.histogram;
     let cutting = &result.cutting;
+    let motors: Vec<Value> = watched
+        .motors
+        .iter()
+        .map(|of| motor(of, machine, tick_s))
+        .collect();
     let percentiles = [cutting.p50, cutting.p95, cutting.p99, cutting.p999];
     json!({
         "name": clean(&result.method),
@@ -261,13 +324,25 @@ fn method(result: &MethodResult, watched: &Watched) -> Value {
             "ends": ends(&watched.error, 0),
         },
         "histogram": { "width": histogram.width_um, "counts": histogram.counts },
-        "motors": watched.motors.iter().map(motor).collect::<Vec<_>>(),
+        "motors": motors,
     })
 }
 
 /// Everything that the scripts of a page draw.
-pub(super) fn data(run: &Run, record: &Gathered, main: usize, source: &Source) -> Value {
-    let methods = run.results.iter().zip(&record.methods);
+pub(super) fn data(
+    run: &Run,
+    machine: &Machine,
+    record: &Gathered,
+    main: usize,
+    source: &Source,
+) -> Value {
+    let signals: Vec<&str> = SIGNALS.into_iter().chain([GAP_ESTIMATE]).collect();
+    let methods: Vec<Value> = run
+        .results
+        .iter()
+        .zip(&record.methods)
+        .map(|(result, watched)| method(result, watched, machine, record.tick_s))
+        .collect();
     json!({
         "format": 1,
         "program": clean(&run.program.name),
@@ -275,8 +350,8 @@ pub(super) fn data(run: &Run, record: &Gathered, main: usize, source: &Source) -
         "duration": round_to(run.plan.duration_s, 4),
         "tick": record.tick_s,
         "main": main,
-        "signals": SIGNALS,
-        "methods": methods.map(|(result, watched)| method(result, watched)).collect::<Vec<_>>(),
+        "signals": signals,
+        "methods": methods,
         "path": path(&record.path),
         "files": run.program.files.iter().map(|name| clean(name)).collect::<Vec<_>>(),
         "lines": run.program.lines,

@@ -1,15 +1,15 @@
 //! The page as text: the first screen is plain HTML, the rest is drawn by the scripts.
 
 use super::advice::{remedy, settings};
+use super::axes::{axes, reversals};
 use super::ballbar::{self, BothSenses};
-use super::data::{data, embedded, escape, plane_letters, source};
+use super::data::{data, embedded, escape, line, line_link, plane_letters, source};
 use super::enlarged;
 use super::levels::{self, Mark, Shown};
 use super::picture::{Frame, signed};
 use super::record::Gathered;
 use crate::number::{duration, error, fixed, percent, plain};
 use crate::text::{needs, stop_place, stop_reason, tested, what_it_takes};
-use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{BlockResult, ErrorStats, Harm, MethodResult, Run};
 use lostmotion_sim::{Machine, Program};
 use std::fmt::Write;
@@ -93,12 +93,12 @@ pub fn page(
     }
     out.push_str(PLOTS);
     if let Some(result) = run.results.get(main) {
-        axes(&mut out, result);
+        axes(&mut out, result, record, main);
         circles(&mut out, record, main);
         reversals(&mut out, result);
     }
     remarks(&mut out, run);
-    let json = embedded(&data(run, record, main, &lines));
+    let json = embedded(&data(run, machine, record, main, &lines));
     let _ = writeln!(
         out,
         "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n\
@@ -170,22 +170,6 @@ pub fn message_page(title: &str, text: &str) -> String {
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
-}
-
-fn line(block: &BlockRef) -> String {
-    match block.span.file {
-        0 => block.span.line.to_string(),
-        file => format!("{file}:{}", block.span.line),
-    }
-}
-
-/// A line that the scripts make clickable.
-fn line_link(block: &BlockRef, time_s: f64) -> String {
-    format!(
-        "<a href=\"#view\" data-t=\"{}\">{}</a>",
-        fixed(time_s, 5),
-        line(block)
-    )
 }
 
 fn first_screen(out: &mut String, run: &Run, machine: &Machine, record: &Gathered, main: usize) {
@@ -473,38 +457,6 @@ fn worst_row(out: &mut String, block: &BlockResult, tolerance_um: f64) {
     );
 }
 
-fn axes(out: &mut String, result: &MethodResult) {
-    if result.axes.is_empty() {
-        return;
-    }
-    out.push_str("<section id=\"axes\"><h2>Axes</h2>\n<div class=\"scroll\"><table><thead><tr><th>axis<th class=\"n\">gap<th class=\"n\">following max<th class=\"n\">RMS<th class=\"n\">without gap<th class=\"n\">reversals<th class=\"n\">peak speed<th class=\"n\">range<th class=\"n\">peak current<th class=\"n\">at limit</tr></thead><tbody>\n");
-    for axis in &result.axes {
-        let (small, unit) = match axis.unit.as_str() {
-            "mdeg" => ("mdeg", "deg"),
-            _ => ("\u{b5}m", "mm"),
-        };
-        let _ = writeln!(
-            out,
-            "<tr><th scope=\"row\">{}<td class=\"n\">{} {small}<td class=\"n\">{} {small}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{} {unit}/s<td class=\"n\">{} .. {} {unit}<td class=\"n\">{}<td class=\"n\">{}</tr>",
-            axis.axis.letter(),
-            error(axis.gap),
-            error(axis.following.max),
-            error(axis.following.rms),
-            error(axis.following_without_gap.max),
-            axis.reversals,
-            fixed(axis.peak_velocity, 1),
-            fixed(axis.range[0], 2),
-            fixed(axis.range[1], 2),
-            percent(axis.peak_current_ratio),
-            match axis.saturated_samples {
-                0 => "-".to_owned(),
-                samples => format!("{samples} samples"),
-            },
-        );
-    }
-    out.push_str("</tbody></table></div>\n<p class=\"note\">Following error is what the load is behind its reference; it does no harm where all axes of the path have the same. Peak current is a part of the drive's limit.</p>\n</section>\n");
-}
-
 /// The circular test in figures; the scripts draw the polar plots.
 fn circles(out: &mut String, record: &Gathered, main: usize) {
     let circles = record.methods.get(main).map_or(&[][..], |m| &m.circles);
@@ -559,35 +511,6 @@ fn circles(out: &mut String, record: &Gathered, main: usize) {
         );
     }
     out.push_str("</tbody></table></div>\n<p class=\"note\">As a ballbar's sheet names it: a <i>reversal spike</i> is how far the path leaves the band between before and behind the reversal of an axis (stick-slip, gap: compensate it), <i>lost motion</i> the step of the level there, positive outwards (gap and wind-up: enter it as backlash). With the same circle in the other sense: <i>squareness</i> and <i>scale mismatch</i> stay, <i>servo mismatch</i> turns over: by so much is the first axis behind the second at this feed (match gains and feed-forward).</p>\n<p class=\"note\">After ISO 230-4: circular deviation G is the width of the ring about the least-squares centre that holds the path; radial deviation F is against the programmed circle, positive outwards; circular hysteresis H is the largest difference between the same circle cut in both senses (- where it is cut in one).</p>\n</section>\n");
-}
-
-fn reversals(out: &mut String, result: &MethodResult) {
-    let cutting: Vec<_> = result.reversals.iter().filter(|r| !r.rapid).collect();
-    if cutting.is_empty() {
-        return;
-    }
-    let _ = writeln!(
-        out,
-        "<section id=\"reversals\"><h2>Worst reversals ({} in all)</h2>\n<div class=\"scroll\"><table><thead><tr><th>axis<th>to<th class=\"n\">line<th class=\"n\">time s<th class=\"n\">peak \u{b5}m<th class=\"n\">by backlash</tr></thead><tbody>",
-        result.reversal_count
-    );
-    for reversal in cutting.into_iter().take(MOST_ROWS) {
-        let _ = writeln!(
-            out,
-            "<tr><th scope=\"row\">{}<td>{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}</tr>",
-            reversal.axis.letter(),
-            if reversal.direction < 0 {
-                "\u{2212}"
-            } else {
-                "+"
-            },
-            line_link(&reversal.block, reversal.time_s),
-            fixed(reversal.time_s, 3),
-            signed(reversal.peak_um),
-            signed(reversal.backlash_um),
-        );
-    }
-    out.push_str("</tbody></table></div>\n<p class=\"note\">The largest error within the crossing of the gap, and how much of it backlash adds. An axis that is here again and again needs compensation or a smaller gap; where backlash adds little, its servo or friction does it.</p>\n</section>\n");
 }
 
 fn remarks(out: &mut String, run: &Run) {

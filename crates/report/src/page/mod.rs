@@ -1,11 +1,13 @@
 //! The result of a run as one HTML file that works offline: what a machinist looks at.
 //!
-//! [`PageRecorder`] gathers while the run goes on, [`page`] writes; [`runs_page`] sets several runs side by side, [`time_page`] shows where the time goes, and [`still`] is one picture. The first screen (verdict, worst
-//! places, times, axes, methods, still pictures) is plain HTML; the scripts add the path in three
-//! dimensions, the program's lines, and plots. Nothing is fetched, texts of programs are escaped, and
+//! [`PageRecorder`] gathers while the run goes on, [`page`] writes; [`runs_page`] sets several runs
+//! side by side, [`time_page`] shows where the time goes, and [`still`] is one picture. The first
+//! screen (verdict, worst places, times, axes, methods, still pictures) is plain HTML; the scripts add
+//! the path in three dimensions, the program's lines, and plots. Nothing is fetched, texts of programs are escaped, and
 //! the same run gives the same bytes. The file has at most 5 MB whatever the program's length.
 
 mod advice;
+mod axes;
 mod ballbar;
 mod circles;
 mod data;
@@ -16,6 +18,7 @@ mod path;
 mod picture;
 mod places;
 mod record;
+mod rests;
 mod runs;
 mod series;
 mod still;

@@ -6,6 +6,9 @@ use lostmotion_sim::ContourPoint;
 /// A jump of the commanded tip within one servo tick that no machine makes, mm: the zero of the
 /// program has changed. A choice: 20 m/s at 4 kHz.
 const JUMP_MM: f64 = 5.0;
+/// Height of a unit vector along a tool that stands upright, by the roundings of kinematics and of the
+/// page: half a degree.
+const UPRIGHT: f32 = 0.99996;
 /// Group size from which on stretches are joined across anything: nothing else is left to join.
 const LAST_RESORT_TICKS: u64 = 1 << 24;
 /// Most stretches that are looked back on when a straight line is drawn through them. A choice that
@@ -23,6 +26,8 @@ pub(super) struct Stretch {
     pub(super) from_mm: [f32; 3],
     /// Direction in which the error counts positive.
     pub(super) normal: [f32; 3],
+    /// Unit vector along the commanded tool, from its tip to the spindle.
+    pub(super) tool: [f32; 3],
     /// Length of the command's way, mm.
     pub(super) length_mm: f32,
     /// File of the block, 0 for the program itself.
@@ -144,6 +149,7 @@ impl PathRecorder {
                 time_s: point.time_s,
                 from_mm: at.map(|c| c as f32),
                 normal: point.normal.map(|c| c as f32),
+                tool: point.tool.map(|c| c as f32),
                 length_mm: 0.0,
                 file,
                 line,
@@ -208,6 +214,11 @@ impl PathRecorder {
             cursor.stretch = into.get(cursor.stretch).copied().unwrap_or(0);
         }
         self.stretches = kept;
+    }
+
+    /// Whether the tool leans anywhere so far.
+    pub(super) fn leans(&self) -> bool {
+        leans(&self.stretches)
     }
 
     /// The path with at most `limit` stretches: straight ones on which no error changes by more
@@ -280,10 +291,16 @@ impl PathRecorder {
         }
         Path {
             tick_s: self.tick_s,
+            leans: leans(&self.stretches),
             stretches: self.stretches,
             peaks: self.peaks,
         }
     }
+}
+
+/// Whether the tool leans anywhere: on machines of three axes it stays upright.
+fn leans(stretches: &[Stretch]) -> bool {
+    stretches.iter().any(|stretch| stretch.tool[2] < UPRIGHT)
 }
 
 /// A path that is complete.
@@ -295,6 +312,8 @@ pub(super) struct Path {
     pub(super) stretches: Vec<Stretch>,
     /// For each method the signed error of largest magnitude on every stretch, um.
     pub(super) peaks: Vec<Vec<f32>>,
+    /// Whether the tool leans anywhere.
+    pub(super) leans: bool,
 }
 
 impl Path {

@@ -3,8 +3,10 @@
 use super::circles::{CircleRecorder, FullCircle};
 use super::path::{Path, PathRecorder};
 use super::places::{Place, PlaceRecorder};
+use super::rests::{RestRecorder, ReversalValue};
 use super::series::{Envelope, Histogram};
 use lostmotion_base::AxisId;
+use lostmotion_drive::Learning;
 use lostmotion_drive::config::AxisUnit;
 use lostmotion_sim::results::Run;
 use lostmotion_sim::{ContourPoint, MotorPoint, Observer};
@@ -14,6 +16,8 @@ const PATH_BYTES: usize = 2_800_000;
 /// Bytes of a stretch of the path, packed, and of each method's error on it.
 const STRETCH_BYTES: usize = 18;
 const ERROR_BYTES: usize = 2;
+/// Bytes of the tool's direction, of a machine that turns it.
+const TOOL_BYTES: usize = 3;
 /// Colours cannot show less than this part of the tolerance. A choice: a fifth of the finest step.
 const FLAT_SHARE: f64 = 0.02;
 /// Stretches of the path that are held, twice as many just before they are joined. A choice: what
@@ -22,11 +26,14 @@ const MOST_STRETCHES: usize = 130_000;
 /// Parts of the time that a series has, twice as many just before they are joined. A choice: more
 /// than a screen has pixels across.
 const MOST_PARTS: usize = 2_000;
+/// Signals of all motors of a method that have the full number of parts; more share the room. Seven
+/// of three axes.
+const FULL_SIGNALS: usize = 21;
 /// Methods from which on all have to share the room of these many.
 const SHARED_METHODS: usize = 4;
 
 /// Signals of a motor, in the order of [`Motor::series`].
-pub(super) const SIGNALS: [&str; 7] = [
+pub(super) const SIGNALS: [&str; 9] = [
     "error",
     "current",
     "torque",
@@ -34,6 +41,8 @@ pub(super) const SIGNALS: [&str; 7] = [
     "lost motion",
     "engagement",
     "reference",
+    "motor",
+    "load",
 ];
 
 /// A motor's signals over time.
@@ -43,6 +52,12 @@ pub(super) struct Motor {
     pub(super) second: bool,
     pub(super) unit: AxisUnit,
     pub(super) series: Envelope,
+    /// Estimates of the whole gap at the end of chunks of the run: time, s, and the angle at the
+    /// motor, rad. Empty for a method that learns nothing.
+    pub(super) gaps: Vec<(f64, f64)>,
+    /// Where it stood still, and what that tells at the end.
+    rests: RestRecorder,
+    pub(super) reversal_value: Option<ReversalValue>,
     /// Reference at the tick before.
     last: Option<f64>,
 }
@@ -82,6 +97,11 @@ pub struct PageRecorder {
     tick_s: f64,
 }
 
+/// Parts of the series of each of so many motors.
+fn motor_parts(parts: usize, motors: usize) -> usize {
+    (parts * FULL_SIGNALS / (motors.max(1) * SIGNALS.len())).min(parts)
+}
+
 impl PageRecorder {
     /// For a run of this many methods.
     pub fn new(methods: usize) -> PageRecorder {
@@ -108,7 +128,8 @@ impl PageRecorder {
         let tick_s = self.tick_s;
         // Errors that differ by less look alike.
         let flat_um = FLAT_SHARE * run.tolerance_um;
-        let bytes = STRETCH_BYTES + ERROR_BYTES * run.results.len();
+        let tool = if self.path.leans() { TOOL_BYTES } else { 0 };
+        let bytes = STRETCH_BYTES + tool + ERROR_BYTES * run.results.len();
         // Four characters for three bytes.
         let stretches = PATH_BYTES * 3 / 4 / bytes;
         Gathered {
@@ -119,8 +140,10 @@ impl PageRecorder {
                 .into_iter()
                 .map(|mut watch| {
                     watch.error.fit(self.parts);
+                    let parts = motor_parts(self.parts, watch.motors.len());
                     for motor in &mut watch.motors {
-                        motor.series.fit(self.parts);
+                        motor.series.fit(parts);
+                        motor.reversal_value = std::mem::take(&mut motor.rests).finish();
                     }
                     Watched {
                         error: watch.error,
@@ -196,12 +219,18 @@ impl Observer for PageRecorder {
             let tick = points
                 .iter()
                 .take_while(|point| Some(point.time_s.to_bits()) == first);
+            let tick: Vec<&MotorPoint> = tick.collect();
+            let parts = motor_parts(parts, tick.len());
             watch.motors = tick
+                .into_iter()
                 .map(|point| Motor {
                     axis: point.axis,
                     second: point.second,
                     unit: point.unit,
                     series: Envelope::new(SIGNALS.len(), parts),
+                    gaps: Vec::new(),
+                    rests: RestRecorder::default(),
+                    reversal_value: None,
                     last: None,
                 })
                 .collect();
@@ -213,6 +242,7 @@ impl Observer for PageRecorder {
                     .last
                     .map_or(f64::NAN, |last| (point.reference - last) / tick_s.max(1e-9));
                 motor.last = Some(point.reference);
+                motor.rests.push(point.reference, point.load, tick_s);
                 let values = [
                     point.reference - point.load,
                     point.current_a,
@@ -221,11 +251,42 @@ impl Observer for PageRecorder {
                     point.motor - point.load,
                     f64::from(point.engagement.sign()),
                     point.reference,
+                    point.motor,
+                    point.load,
                 ];
                 motor
                     .series
                     .push(values.into_iter().map(|value| value as f32));
             }
+        }
+    }
+
+    fn wants_learning(&self) -> bool {
+        true
+    }
+
+    fn learning(&mut self, method: usize, time_s: f64, drives: &[Option<Learning>]) {
+        let parts = self.parts;
+        let Some(watch) = self.methods.get_mut(method) else {
+            return;
+        };
+        for (motor, learning) in watch.motors.iter_mut().zip(drives) {
+            let Some(learned) = learning.map(|learning| learning.learned) else {
+                continue;
+            };
+            // Nothing is known until readings agree.
+            let gap = learned
+                .filter(|learned| learned.gap_readings > 0)
+                .map_or(f64::NAN, |learned| 2.0 * learned.half_gap_rad);
+            if motor.gaps.len() >= 2 * parts {
+                // Every other one: what is known changes slowly.
+                let mut keep = false;
+                motor.gaps.retain(|_| {
+                    keep = !keep;
+                    keep
+                });
+            }
+            motor.gaps.push((time_s, gap));
         }
     }
 }

@@ -1,9 +1,8 @@
 //! Where the time of a program goes, as a page.
 
-use super::data::escape;
+use super::data::{escape, line};
 use super::html::{file_name, head};
 use crate::number::{duration, fixed, percent};
-use lostmotion_base::BlockRef;
 use lostmotion_sim::time::results::{CycleTime, TimeKind};
 use std::fmt::Write;
 
@@ -56,13 +55,6 @@ pub fn time_page(time: &CycleTime) -> String {
         env!("CARGO_PKG_VERSION")
     );
     out
-}
-
-fn line(block: &BlockRef) -> String {
-    match block.span.file {
-        0 => block.span.line.to_string(),
-        file => format!("{file}:{}", block.span.line),
-    }
 }
 
 /// What a user can do about what limits the motion.

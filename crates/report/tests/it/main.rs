@@ -15,6 +15,7 @@ mod csv;
 mod findings;
 mod json;
 mod page;
+mod page_axes;
 mod runs;
 mod still;
 mod svg;

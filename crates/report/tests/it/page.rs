@@ -3,6 +3,7 @@
 
 use lostmotion_base::Plane;
 use lostmotion_contour::Circle;
+use lostmotion_drive::{Learned, Learning};
 use lostmotion_report::page::{Gathered, PageRecorder, page};
 use lostmotion_sim::options::SimulateOptions;
 use lostmotion_sim::{ContourPoint, Machine, MotorPoint, Observer, Program, Run, Simulation};
@@ -15,15 +16,18 @@ const PART: &str = "G21 G90 G17 G64 P0.01 F1500\nG0 X12 Y0\nG1 Z-1\nG3 I-12\nG2 
 pub(crate) struct All {
     pub(crate) page: PageRecorder,
     pub(crate) points: Vec<Vec<ContourPoint>>,
-    motors: Vec<Vec<MotorPoint>>,
+    pub(crate) motors: Vec<Vec<MotorPoint>>,
+    /// Of the first drive.
+    pub(crate) learning: Vec<Vec<(f64, Option<Learned>)>>,
 }
 
 impl All {
-    fn new(methods: usize) -> All {
+    pub(crate) fn new(methods: usize) -> All {
         All {
             page: PageRecorder::new(methods),
             points: vec![Vec::new(); methods],
             motors: vec![Vec::new(); methods],
+            learning: vec![Vec::new(); methods],
         }
     }
 }
@@ -45,6 +49,16 @@ impl Observer for All {
     fn motors(&mut self, method: usize, points: &[MotorPoint]) {
         self.page.motors(method, points);
         self.motors[method].extend(points);
+    }
+
+    fn wants_learning(&self) -> bool {
+        true
+    }
+
+    fn learning(&mut self, method: usize, time_s: f64, drives: &[Option<Learning>]) {
+        self.page.learning(method, time_s, drives);
+        let known = drives.first().copied().flatten();
+        self.learning[method].push((time_s, known.and_then(|known| known.learned)));
     }
 }
 
@@ -73,13 +87,13 @@ pub(crate) fn html(run: &Run, program: &Program, gathered: &Gathered) -> String 
 }
 
 /// The data of a page.
-fn data(html: &str) -> Value {
+pub(crate) fn data(html: &str) -> Value {
     let (_, rest) = html.split_once("id=\"data\">").unwrap();
     let (json, _) = rest.split_once("</script>").unwrap();
     serde_json::from_str(json).unwrap()
 }
 
-fn bytes(text: &str) -> Vec<u8> {
+pub(crate) fn bytes(text: &str) -> Vec<u8> {
     let value = |c: u8| match c {
         b'A'..=b'Z' => c - b'A',
         b'a'..=b'z' => c - b'a' + 26,
@@ -99,7 +113,7 @@ fn bytes(text: &str) -> Vec<u8> {
 }
 
 /// A packed signal and the value of half a step.
-fn unpacked(packed: &Value) -> (Vec<f64>, f64) {
+pub(crate) fn unpacked(packed: &Value) -> (Vec<f64>, f64) {
     let step = packed["step"].as_f64().unwrap();
     let all = bytes(packed["b"].as_str().unwrap());
     let value = |two: &[u8]| match i16::from_le_bytes([two[0], two[1]]) {
@@ -114,7 +128,7 @@ fn cuts(point: &ContourPoint) -> bool {
 }
 
 /// The page without its scripts and data.
-fn without_scripts(html: &str) -> String {
+pub(crate) fn without_scripts(html: &str) -> String {
     html.split("<script").next().unwrap().to_owned()
 }
 
@@ -296,9 +310,10 @@ fn programs_cannot_break_out() {
     assert!(page.len() < 400_000, "{}", page.len());
 }
 
+/// Whatever the threads and chunks; what a method knows at the ends of chunks is told at those.
 #[test]
 fn the_same_run_gives_the_same_bytes() {
-    let pages = [(1000, 1), (77, 2)].map(|(chunk_samples, threads)| {
+    let pages = [(1000, 1), (77, 2), (1000, 2)].map(|(chunk_samples, threads)| {
         let options = SimulateOptions {
             chunk_samples,
             threads,
@@ -307,7 +322,20 @@ fn the_same_run_gives_the_same_bytes() {
         let (run, all, program) = run_with(PART, &["none", "adaptive"], options);
         html(&run, &program, &all.page.finish(&run))
     });
-    assert!(pages[0] == pages[1]);
+    assert!(pages[0] == pages[2]);
+    let without_estimates = |page: &str| {
+        let mut data = data(page);
+        let at = data["signals"].as_array().unwrap().len() - 1;
+        for method in data["methods"].as_array_mut().unwrap() {
+            for motor in method["motors"].as_array_mut().unwrap() {
+                motor["signals"].as_array_mut().unwrap().truncate(at);
+            }
+        }
+        let (before, rest) = page.split_once("id=\"data\">").unwrap();
+        let (_, after) = rest.split_once("</script>").unwrap();
+        (before.to_owned(), data, after.to_owned())
+    };
+    assert!(without_estimates(&pages[0]) == without_estimates(&pages[1]));
 }
 
 /// An hour of a program is its ticks again and again, elsewhere and later.

@@ -80,6 +80,7 @@ pub(crate) fn contour_point(
             * UM_PER_MM,
         commanded_mm: record.commanded_tip_mm,
         actual_mm: sub(record.sample.tip_mm, origin_mm),
+        tool: frame.pose.axis,
         moving: frame.moving,
         rapid: record.sample.rapid,
         block: record.sample.block,

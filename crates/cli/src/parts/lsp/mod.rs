@@ -89,7 +89,15 @@ pub(crate) fn run(args: &Lsp) -> Result<u8, Failure> {
         .config(Some(&machine), InterpreterConfig::default())?;
     threads(args.threads)?;
     let (connection, io) = Connection::stdio();
-    let failed = |error: lsp_server::ProtocolError| Failure::message(format!("lsp: {error}"));
+    let failed = |error: lsp_server::ProtocolError| {
+        if error.channel_is_disconnected() {
+            return Failure::with_hint(
+                "the input ended before a client had said hello (initialize)",
+                "editors start `lostmotion lsp` and talk to it; it is no command to type",
+            );
+        }
+        Failure::message(format!("lsp: {error}"))
+    };
     let capabilities = json!({
         "positionEncoding": "utf-16",
         "textDocumentSync": { "openClose": true, "change": 1 },

@@ -166,6 +166,7 @@ impl BallScrew {
             motor_coulomb_nm: self.motor_coulomb,
             known_inertia_kgm2: Some(self.motor_inertia + self.load_inertia),
             rated_torque_nm: Some(self.rated_torque),
+            motor_rad_per_unit: Some(self.rad_per_mm()),
             ..FitSettings::new(self.torque_constant, Some(self.motor_inertia))
         }
     }

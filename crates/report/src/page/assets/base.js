@@ -30,7 +30,7 @@ const path = (() => {
   return {
     n, at, time, runs, low: p.low, high: p.low.map((low, k) => low + 65535 * p.step[k]),
     normal: new Int8Array(bytes(p.normal)), kind: new Uint8Array(bytes(p.kind)),
-    speed: unpack(p.speed), error: p.error.map(unpack),
+    tool: p.tool && new Int8Array(bytes(p.tool)), speed: unpack(p.speed), error: p.error.map(unpack),
   };
 })();
 

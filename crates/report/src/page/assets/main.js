@@ -10,7 +10,15 @@ if (data.methods.length < 2) $("methodpick").hidden = true;
 if (data.methods.length < 2 || !data.methods.some((method) => method.name === "none")) options[2].remove();
 const motors = data.methods[chosen.method] ? data.methods[chosen.method].motors : [];
 pick("axis", motors.map((motor) => motor.name), 0);
-pick("signal", data.signals.map((name) => name === "error" ? "following error" : name), 0);
+// Signals that the chosen method has: one that learns nothing has no estimate of the gap.
+function signals() {
+  const { motors } = data.methods[chosen.method] || { motors: [] }, before = $("signal").value;
+  const has = data.signals.map((name, k) => [name === "error" ? "following error" : name, k]).filter(([, k]) => motors.some((motor) => motor.signals[k]));
+  $("signal").replaceChildren(...has.map(([name, k]) => element("option", name, { value: k })));
+  $("signal").value = has.some(([, k]) => String(k) === before) ? before : "0";
+}
+signals();
+$("tools").parentElement.hidden = !path.tool;
 // A run that did not trace its motors has no signals of them.
 for (const id of ["axis", "signal", "signalplot"]) $(id).parentElement.hidden = !motors.length;
 $("time").max = data.duration;
@@ -38,6 +46,7 @@ chosen.followers.push((change, from) => {
   if ("method" in change) {
     $("method").value = chosen.method;
     flights();
+    signals();
     source.rate();
     if (view) view.lines();
     plots.all();
@@ -65,7 +74,7 @@ if (data.methods.length && path.n > 1) {
     $("view").hidden = false;
     const still = $("still");
     if (still) still.open = false;
-    for (const id of ["colour", "arrows", "times"]) $(id).addEventListener("change", view.lines);
+    for (const id of ["colour", "arrows", "times", "tools"]) $(id).addEventListener("change", view.lines);
     $("rapids").addEventListener("change", view.draw);
     $("fit").addEventListener("click", view.fit);
     $("top").addEventListener("click", () => view.look(0, 0));

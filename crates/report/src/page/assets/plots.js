@@ -10,6 +10,9 @@ const plots = (() => {
     "lost motion": "Motor minus load: it jumps by the gap when the axis reverses, and bends with torque by wind-up. The height of the jump is what to enter as backlash.",
     engagement: "+1 and \u22121: the flank in contact; 0: inside the gap, where nothing holds the load.",
     reference: "Where the axis is commanded to be.",
+    motor: "Where the motor is, at the load's side of the transmission.",
+    load: "Where the load is, and with it the tool.",
+    "gap estimate": "What the method holds the gap to be, as it was known when each part began; nothing until readings of it agree. Compare it with the gap of the axis: a method that knows it to a few per cent corrects well.",
   };
   const UNITS = { current: "A", torque: "N m", engagement: "" };
 
@@ -125,8 +128,8 @@ const plots = (() => {
   function signal() {
     const method = data.methods[chosen.method], motor = method.motors[Number($("axis").value)];
     const which = Number($("signal").value), name = data.signals[which];
-    if (!motor) return;
-    const small = name === "error" || name === "lost motion";
+    if (!motor || !motor.signals[which]) return;
+    const small = name === "error" || name === "lost motion" || name === "gap estimate";
     const unit = name in UNITS ? UNITS[name] : small ? (motor.unit === "mm" ? "\u00b5m" : "m" + motor.unit) : motor.unit + (name === "speed" ? "/s" : "");
     let [low, high] = ends(`m${chosen.method}/${$("axis").value}/${which}`, motor.signals[which]);
     if (small) [low, high] = [low, high].map((values) => values.map((value) => 1000 * value));

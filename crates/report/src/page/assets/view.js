@@ -1,7 +1,8 @@
 // The path in three dimensions, by WebGL2. Without it the still pictures stay.
 const view = (() => {
   const canvas = $("gl");
-  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  // Smoothed edges cost a graphics card nothing and a processor three quarters of its time.
+  const gl = canvas.getContext("webgl2", { antialias: !inSoftware(), preserveDrawingBuffer: true });
   if (!gl || path.n < 2) return null;
   const program = link(
     `#version 300 es
@@ -18,15 +19,20 @@ const view = (() => {
     void main() { if (tint.a < 0.02) discard; shown = vec4(tint.rgb, 1.0); shown.a = tint.a; }`);
   const uniform = (name) => gl.getUniformLocation(program, name);
   const uniforms = { turn: uniform("turn"), last: uniform("last"), dim: uniform("dim") };
-  const cut = batch(), coarse = batch(), fast = batch(), vectors = batch(), marks = batch(); // lines each
+  const cut = batch(), coarse = batch(), fast = batch(), vectors = batch(), tools = batch(), marks = batch(); // lines each
   const center = [0, 1, 2].map((k) => 0.5 * (path.low[k] + path.high[k]));
   const size = Math.max(Math.hypot(...[0, 1, 2].map((k) => path.high[k] - path.low[k])), 1e-3);
   const flat = path.high[2] - path.low[2] < 1e-6;
   const eye = { yaw: 0, pitch: 0, zoom: 1, center: center.slice() };
-  // Segments that are drawn while the view moves: what a processor alone draws in time.
-  const MOVING = 4000;
+  // Segments that are drawn while the view moves: what a processor alone draws 30 times a second.
+  const MOVING = 3000;
   let wanted = false, pulse = 0, moving = false, rest = 0;
 
+  function inSoftware() {
+    const trial = document.createElement("canvas").getContext("webgl2");
+    const told = trial && trial.getExtension("WEBGL_debug_renderer_info");
+    return Boolean(told) && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(trial.getParameter(told.UNMASKED_RENDERER_WEBGL));
+  }
   function link(vertex, fragment) {
     const made = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -88,6 +94,7 @@ const view = (() => {
       if (!rapid) coarsen(count, of);
     }
     arrows();
+    lean();
     legend();
     draw();
   }
@@ -136,6 +143,23 @@ const view = (() => {
       count++;
     }
     fill(vectors, at.subarray(0, 6 * count), color.subarray(0, 6 * count), index.subarray(0, 2 * count));
+  }
+  // The tool at places next to each other in time, as a line from its tip.
+  const TOOLS = 400, LENGTH = 0.07 * size / 127;
+  function toolFrom(i, tip) {
+    return tip.concat(tip.map((c, k) => c + LENGTH * path.tool[3 * i + k]));
+  }
+  function lean() {
+    const at = [], index = [], end = path.time[path.n - 1], shows = path.tool && $("tools").checked;
+    let next = 0;
+    for (let i = 0; shows && i < path.n - 1; i++) {
+      if (path.time[i] < next || path.kind[i] & 1 || !parts.shown(i)) continue;
+      next = path.time[i] + end / TOOLS;
+      at.push(...toolFrom(i, Array.from(path.at.subarray(3 * i, 3 * i + 3))));
+      index.push(i, i);
+    }
+    const ink = rgb(colors.soft).map((c) => 255 * c);
+    fill(tools, new Float32Array(at), new Uint8Array(at.length).map((_, k) => ink[k % 3]), new Float32Array(index));
   }
   function legend() {
     const box = $("scale"), kind = $("colour").value;
@@ -219,11 +243,13 @@ const view = (() => {
     else {
       for (const [dx, dy] of wide) show(cut, gl.LINES, dx, dy, last);
       show(vectors, gl.LINES, 0, 0, last);
+      show(tools, gl.LINES, 0, 0, last);
     }
     const tool = toolAt(chosen.time), ink = rgb(colors.ink).map((c) => 255 * c);
     const arm = 9 / (0.5 * Math.min(canvas.clientWidth, canvas.clientHeight) * 1.9 * eye.zoom / eye.span), at = [];
     for (let k = 0; k < 3; k++) for (const s of [-arm, arm]) at.push(...tool.map((c, j) => j === k ? c + s : c));
-    fill(marks, new Float32Array(at), new Uint8Array(18).map((_, j) => ink[j % 3]), new Float32Array(6));
+    if (path.tool) at.push(...toolFrom(stretchAt(chosen.time), tool));
+    fill(marks, new Float32Array(at), new Uint8Array(at.length).map((_, j) => ink[j % 3]), new Float32Array(at.length / 3));
     gl.disable(gl.DEPTH_TEST);
     for (const [dx, dy] of [[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]]) show(marks, gl.LINES, dx, dy, 1);
     pulse++;
