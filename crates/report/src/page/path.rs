@@ -13,7 +13,7 @@ const UPRIGHT: f32 = 0.99996;
 const LAST_RESORT_TICKS: u64 = 1 << 24;
 /// Most stretches that are looked back on when a straight line is drawn through them. A choice that
 /// bounds the work.
-const LONGEST_LOOK_BACK: usize = 32;
+const LONGEST_LOOK_BACK: usize = 12;
 
 /// A stretch of the path: from its place to that of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,7 @@ pub(super) struct Envelope {
     group: u64,
     /// Ticks in the last part.
     filled: u64,
-    /// Row by row; a signal without a value in a part has NaN.
+    /// Row by row; a signal without a value in a part has its ends the wrong way round.
     low: Vec<f32>,
     high: Vec<f32>,
 }
@@ -43,17 +43,17 @@ impl Envelope {
             // After halving, the last part may have room again.
             if self.filled >= self.group || self.low.is_empty() {
                 let rows = self.low.len() + self.signals;
-                self.low.resize(rows, f32::NAN);
-                self.high.resize(rows, f32::NAN);
+                self.low.resize(rows, f32::INFINITY);
+                self.high.resize(rows, f32::NEG_INFINITY);
                 self.filled = 0;
             }
         }
         let from = self.low.len() - self.signals;
         let (low, high) = (&mut self.low[from..], &mut self.high[from..]);
         for ((low, high), value) in low.iter_mut().zip(high).zip(values) {
-            // The minimum with NaN is the other value.
-            *low = low.min(value);
-            *high = high.max(value);
+            // A comparison with NaN is false: it changes nothing.
+            *low = if value < *low { value } else { *low };
+            *high = if value > *high { value } else { *high };
         }
         self.filled += 1;
     }
@@ -70,7 +70,8 @@ impl Envelope {
                 let [to, one, other] =
                     [row, 2 * row, 2 * row + 1].map(|row| row * signals + signal);
                 let pick = |values: &[f32], merge: fn(f32, f32) -> f32| {
-                    merge(values[one], values.get(other).copied().unwrap_or(f32::NAN))
+                    let value = values[one];
+                    values.get(other).map_or(value, |other| merge(value, *other))
                 };
                 self.low[to] = pick(&self.low, f32::min);
                 self.high[to] = pick(&self.high, f32::max);
@@ -94,12 +95,15 @@ impl Envelope {
         self.group
     }
 
-    /// Smallest and largest value of a signal in each part.
+    /// Smallest and largest value of a signal in each part; NaN where it has none.
     pub(super) fn signal(&self, signal: usize) -> impl Iterator<Item = [f32; 2]> + Clone + '_ {
         let every = |values| <[f32]>::iter(values).skip(signal).step_by(self.signals);
         every(&self.low)
             .zip(every(&self.high))
-            .map(|(low, high)| [*low, *high])
+            .map(|(low, high)| match low <= high {
+                true => [*low, *high],
+                false => [f32::NAN; 2],
+            })
     }
 }
 
