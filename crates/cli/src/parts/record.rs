@@ -3,6 +3,7 @@
 use crate::options::{number, whole};
 use crate::output::{Failure, Progress, create, create_folder};
 use clap::{Args, ValueEnum};
+use lostmotion::drive::Learning;
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::{
@@ -456,6 +457,16 @@ impl Observer for Record {
         if let Some(writer) = &mut files.motors {
             let result = writer.push(name, points);
             files.keep(result);
+        }
+    }
+
+    fn wants_learning(&self) -> bool {
+        self.page.is_some() && self.wants_motors()
+    }
+
+    fn learning(&mut self, method: usize, time_s: f64, drives: &[Option<Learning>]) {
+        if let Some(page) = &mut self.page {
+            page.learning(method, time_s, drives);
         }
     }
 }

@@ -112,6 +112,18 @@ fn a_page_is_one_file_and_no_input() {
         page.matches("http").count(),
         page.matches("http://www.w3.org/2000/svg").count() + page.matches("http-equiv").count()
     );
+    // A method that learns has a signal more: what it holds the gap to be.
+    let learns = ["--methods", "none,adaptive", "--html", "learns.html"];
+    bench.expect(0, &[&run[..], &learns].concat());
+    let learns = std::fs::read_to_string(bench.path("learns.html")).unwrap();
+    let (_, data) = learns.split_once("id=\"data\">").unwrap();
+    let (data, _) = data.split_once("</script>").unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    let signals = |method: usize| {
+        let motor = &data["methods"][method]["motors"][0];
+        motor["signals"].as_array().unwrap().len()
+    };
+    assert_eq!(signals(1), signals(0) + 1);
     // In a folder it is the same.
     let methods = ["--methods", "none,fixed"];
     bench.expect(

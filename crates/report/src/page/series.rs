@@ -71,7 +71,9 @@ impl Envelope {
                     [row, 2 * row, 2 * row + 1].map(|row| row * signals + signal);
                 let pick = |values: &[f32], merge: fn(f32, f32) -> f32| {
                     let value = values[one];
-                    values.get(other).map_or(value, |other| merge(value, *other))
+                    values
+                        .get(other)
+                        .map_or(value, |other| merge(value, *other))
                 };
                 self.low[to] = pick(&self.low, f32::min);
                 self.high[to] = pick(&self.high, f32::max);
