@@ -111,6 +111,11 @@ impl Retimer {
         true
     }
 
+    /// How many windows were output in which nothing better was found.
+    pub(crate) fn kept(&self) -> u64 {
+        self.windows.kept
+    }
+
     /// The next sample that is final.
     pub(crate) fn next(&mut self) -> Option<Sample> {
         self.ready.pop_front()
