@@ -193,6 +193,12 @@ impl Planner {
                 .sum::<usize>()
     }
 
+    /// How many samples are held to be retimed, or wait to be taken after that: none but for quality
+    /// `optimal`.
+    pub fn held_samples(&self) -> usize {
+        self.retimer.as_ref().map_or(0, |retimer| retimer.held())
+    }
+
     fn push_move(&mut self, item: &Move) -> Result<(), PlanError> {
         let feed = admit(&self.config, self.kinematics.as_ref(), &self.here, item)?;
         let segment = self.segments;

@@ -107,10 +107,9 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         if let Some(warning) = info.bow_warning(BowLimit::new(&machine, &options).um) {
             remark(&format!("warning: {warning}"));
         }
-        for warning in [info.late_warning(), info.shortfall_warning()] {
-            if let Some(warning) = warning {
-                remark(&format!("warning: {warning}"));
-            }
+        let warnings = [info.late_warning(), info.shortfall_warning()];
+        for warning in warnings.into_iter().flatten() {
+            remark(&format!("warning: {warning}"));
         }
     }
     Ok(DONE)

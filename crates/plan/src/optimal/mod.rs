@@ -116,6 +116,11 @@ impl Retimer {
         self.windows.kept
     }
 
+    /// How many samples are held.
+    pub(crate) fn held(&self) -> usize {
+        self.windows.points.len() + self.ready.len()
+    }
+
     /// The next sample that is final.
     pub(crate) fn next(&mut self) -> Option<Sample> {
         self.ready.pop_front()

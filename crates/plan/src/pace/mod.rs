@@ -133,6 +133,11 @@ impl Pacer {
         Ok(())
     }
 
+    /// How many samples of the plan, and states of a motion made of them, are held.
+    pub fn held_samples(&self) -> usize {
+        self.course.held() + self.retimed.as_ref().map_or(0, |retimed| retimed.held())
+    }
+
     /// How often the motion so far is not what it could be, besides what the plan falls short of.
     pub fn shortfalls(&self) -> Shortfalls {
         let now = self.retimed.as_ref().map_or(0, |retimed| retimed.kept());
