@@ -59,6 +59,15 @@ impl AxisOutput {
         }
     }
 
+    /// Forgets the samples and keeps the memory; count and peak go on from those of another output.
+    pub fn go_on_from(&mut self, before: &AxisOutput) {
+        self.clear();
+        self.saturated_samples = before.saturated_samples;
+        self.peak_current_a = before.peak_current_a;
+        self.current_squares = before.current_squares;
+        self.correction = before.correction;
+    }
+
     /// Forgets the samples and keeps the memory; count and peak go on.
     pub fn clear(&mut self) {
         self.load.clear();

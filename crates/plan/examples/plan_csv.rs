@@ -166,9 +166,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     std::fs::write(out, csv)?;
     eprintln!(
-        "{} samples in {seconds:.4} s, {held} pieces held, {} forced stops",
+        "{} samples in {seconds:.4} s, {held} pieces held, {:?}",
         samples.len(),
-        planner.forced_stops()
+        planner.shortfalls()
     );
     Ok(())
 }

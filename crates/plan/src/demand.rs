@@ -56,6 +56,11 @@ impl Demand {
         JointDerivs { d1, d2, d3 }
     }
 
+    /// Without all that bends.
+    pub(crate) fn straightened(&self) -> Demand {
+        Demand::new([self.d[0], [0.0; AXES], [0.0; AXES]], self.feed)
+    }
+
     /// Whether every joint is linear in the path parameter.
     pub(crate) fn is_straight(&self) -> bool {
         self.d[1] == [0.0; AXES] && self.d[2] == [0.0; AXES]

@@ -2,6 +2,7 @@
 
 use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_path::Curve;
+use std::ops::AddAssign;
 
 /// How the planner may leave the programmed path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +55,27 @@ pub enum Heeds {
     Feed,
     /// None.
     Nothing,
+}
+
+/// How often a plan is not what it could be: what was planned keeps every limit, but takes longer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Shortfalls {
+    /// Stops because the look-ahead window was too short for the path's detail.
+    pub window_stops: u64,
+    /// Stops where a smooth curve in place of many lines could not be found any further.
+    pub curve_stops: u64,
+    /// Windows of a retimed motion (quality `optimal`, overrides above 100 %) in which nothing
+    /// faster was found than the pace that they end with.
+    pub kept_windows: u64,
+}
+
+impl AddAssign for Shortfalls {
+    fn add_assign(&mut self, other: Shortfalls) {
+        self.window_stops += other.window_stops;
+        self.curve_stops += other.curve_stops;
+        self.kept_windows += other.kept_windows;
+    }
 }
 
 /// One programmed move.

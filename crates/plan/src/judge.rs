@@ -84,6 +84,36 @@ impl Judge for TimeJudge<'_> {
     }
 
     fn time_s(&self, steps: &[PathStep]) -> f64 {
+        self.stretches_s(steps, &mut |intervals| self.stretch_s(intervals))
+    }
+
+    fn times_s(&self, steps: &[PathStep]) -> [f64; 2] {
+        let mut straight = Vec::new();
+        let time_s = self.stretches_s(steps, &mut |intervals| {
+            straight.push(self.straight_s(intervals));
+            self.stretch_s(intervals)
+        });
+        let only = match straight.as_slice() {
+            [first, rest @ ..] if rest.iter().all(|rest| *rest == 0.0) => *first,
+            _ => 0.0,
+        };
+        [time_s, only]
+    }
+
+    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
+        self.softened(before, next, tolerance)
+            .filter(|_| self.softens)
+            .map(|(soft, _)| soft)
+    }
+}
+
+impl TimeJudge<'_> {
+    /// Sum of the times of all stretches between two stops.
+    fn stretches_s(
+        &self,
+        steps: &[PathStep],
+        stretch_s: &mut dyn FnMut(&[Interval]) -> f64,
+    ) -> f64 {
         let mut builder = Intervals::new(self.machine.longest_window_s());
         let (mut time, mut intervals) = (0.0, Vec::new());
         for (k, step) in steps.iter().enumerate() {
@@ -99,7 +129,7 @@ impl Judge for TimeJudge<'_> {
                 }
                 PathStep::Stop(stop) => {
                     builder.finish(&mut intervals);
-                    time += self.stretch_s(&intervals);
+                    time += stretch_s(&intervals);
                     intervals.clear();
                     let around = [k.checked_sub(1), Some(k + 1)].map(|k| steps.get(k?));
                     if let (
@@ -113,17 +143,23 @@ impl Judge for TimeJudge<'_> {
             }
         }
         builder.finish(&mut intervals);
-        time + self.stretch_s(&intervals)
+        time + stretch_s(&intervals)
     }
 
-    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
-        self.softened(before, next, tolerance)
-            .filter(|_| self.softens)
-            .map(|(soft, _)| soft)
+    /// About how long a straight way of the same length takes from rest to rest at the same feeds,
+    /// s.
+    fn straight_s(&self, intervals: &[Interval]) -> f64 {
+        let straight = intervals.iter().map(|interval| {
+            let demand = interval.demand.straightened();
+            Interval {
+                cap: self.machine.speed_cap(&demand),
+                demand,
+                ..*interval
+            }
+        });
+        self.stretch_s(&straight.collect::<Vec<Interval>>())
     }
-}
 
-impl TimeJudge<'_> {
     /// About how long the path from rest to rest takes, s. The averaged profile alone is too slow,
     /// the one without a jerk limit too fast.
     fn stretch_s(&self, intervals: &[Interval]) -> f64 {

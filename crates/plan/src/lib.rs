@@ -73,7 +73,7 @@ mod window;
 pub use chord::Chord;
 pub use config::{PlannerConfig, Quality};
 pub use error::{PlanError, TravelViolation};
-pub use item::{Dwell, FeedLimit, Halt, Heeds, Move, PathControl, PlanItem, Sample};
+pub use item::{Dwell, FeedLimit, Halt, Heeds, Move, PathControl, PlanItem, Sample, Shortfalls};
 pub use pace::{Action, Pacer};
 pub use planner::Planner;
 pub use travel::TravelCheck;

@@ -11,7 +11,7 @@ use crate::optimal::{self, Retimer, nominal_clock};
 use crate::piece::{PathStep, Programmed, Soft, Stop};
 use crate::sampler::Sampler;
 use crate::window::{Settled, Window};
-use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
+use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample, Shortfalls};
 use lostmotion_base::Coords;
 use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
@@ -45,7 +45,7 @@ pub struct Planner {
     /// The last dropped move.
     gap_of: Option<Box<Programmed>>,
     segments: u64,
-    forced_stops: u64,
+    window_stops: u64,
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
     corner: Option<f64>,
     /// How soft the next stretch should begin, for that corner.
@@ -95,7 +95,7 @@ impl Planner {
             kinematics,
             machine,
             segments: 0,
-            forced_stops: 0,
+            window_stops: 0,
             corner: None,
             soft: None,
             finished: false,
@@ -173,10 +173,13 @@ impl Planner {
         out.len() - before
     }
 
-    /// How often the motion came to rest because the look-ahead window was too short for the path's
-    /// detail.
-    pub fn forced_stops(&self) -> u64 {
-        self.forced_stops
+    /// How often the plan so far is not what it could be.
+    pub fn shortfalls(&self) -> Shortfalls {
+        Shortfalls {
+            window_stops: self.window_stops,
+            curve_stops: self.conditioner.curve_stops(),
+            kept_windows: self.retimer.as_ref().map_or(0, |retimer| retimer.kept()),
+        }
     }
 
     /// How many pieces of path are held, waiting to be planned or sampled.
@@ -188,6 +191,12 @@ impl Planner {
                 .iter()
                 .map(Stretch::len)
                 .sum::<usize>()
+    }
+
+    /// How many samples are held to be retimed, or wait to be taken after that: none but for quality
+    /// `optimal`.
+    pub fn held_samples(&self) -> usize {
+        self.retimer.as_ref().map_or(0, |retimer| retimer.held())
     }
 
     fn push_move(&mut self, item: &Move) -> Result<(), PlanError> {
@@ -288,7 +297,7 @@ impl Planner {
                             break;
                         };
                         self.commit(settled);
-                        self.forced_stops += u64::from(forced);
+                        self.window_stops += u64::from(forced);
                     }
                 }
                 PathStep::Stop(stop) => {

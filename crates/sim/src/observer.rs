@@ -198,4 +198,11 @@ impl Audience<'_> {
             .as_ref()
             .is_some_and(|observer| observer.wants_motors())
     }
+
+    /// Whether the what the drives know are wanted.
+    pub(crate) fn wants_learning(&self) -> bool {
+        self.observer
+            .as_ref()
+            .is_some_and(|observer| observer.wants_learning())
+    }
 }

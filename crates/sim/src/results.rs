@@ -9,6 +9,7 @@ use crate::machine::Memory;
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
 use lostmotion_methods::{MethodId, Misled, Told};
+use lostmotion_plan::Shortfalls;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`Run`] and [`SingleRun`].
@@ -359,6 +360,36 @@ pub struct PlanInfo {
     /// Interventions whose time came after the end of the motion; they did nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub late: Option<LateInterventions>,
+    /// How often the plan is not what it could be, if it ever is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortfalls: Option<PlanShortfalls>,
+}
+
+/// How often a plan is not what it could be: it keeps every limit, but takes longer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+#[non_exhaustive]
+pub struct PlanShortfalls {
+    /// Stops because the look-ahead window was too short for the path's detail.
+    pub window_stops: u64,
+    /// Stops where a smooth curve in place of many lines could not be found any further.
+    pub curve_stops: u64,
+    /// Windows of a retimed motion (quality `optimal`, overrides above 100 %) in which nothing
+    /// faster was found than the pace that they end with.
+    pub kept_windows: u64,
+}
+
+impl PlanShortfalls {
+    /// Those of a plan; `None` where there is none.
+    pub(crate) fn of(plan: Shortfalls) -> Option<PlanShortfalls> {
+        let found = PlanShortfalls {
+            window_stops: plan.window_stops,
+            curve_stops: plan.curve_stops,
+            kept_windows: plan.kept_windows,
+        };
+        (found != PlanShortfalls::default()).then_some(found)
+    }
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -624,6 +655,33 @@ impl PlanInfo {
         Some(format!(
             "line {line}: between two commands the tool bows by {max_um:.3} um from its way if the joints go straight (limit {limit_um} um); a shorter command cycle, a \
              lower speed or a smoother interpolator help"
+        ))
+    }
+
+    /// A warning where the plan is not what it could be.
+    pub fn shortfall_warning(&self) -> Option<String> {
+        let PlanShortfalls {
+            window_stops,
+            curve_stops,
+            kept_windows,
+        } = self.shortfalls?;
+        let times = |count: u64, what: &str| match count {
+            0 => None,
+            1 => Some(format!("once {what}")),
+            more => Some(format!("{more} times {what}")),
+        };
+        let told = [
+            times(window_stops, "it stops for want of look-ahead"),
+            times(curve_stops, "it stops where a smooth curve ends"),
+            times(
+                kept_windows,
+                "a stretch keeps a steady pace, since nothing faster was found",
+            ),
+        ];
+        let told: Vec<String> = told.into_iter().flatten().collect();
+        Some(format!(
+            "the plan keeps every limit but is not as fast as it could be: {}",
+            told.join(", ")
         ))
     }
 

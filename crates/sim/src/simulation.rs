@@ -8,7 +8,7 @@ use crate::observer::{Audience, Observer, OnProgress, Progress};
 use crate::options::{Intervention, SimulateOptions};
 use crate::program::Program;
 use crate::results::{PlanInfo, ProgramInfo, Run};
-use crate::session::{self, Stepper, TickSink, Ticks, Variant};
+use crate::session::{self, Kept, Stepper, TickSink, Ticks, Variant};
 use crate::setup::Setup;
 use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
@@ -293,14 +293,19 @@ impl<'a> Simulation<'a> {
         session::on_threads(setup.options.threads, |threads| {
             let mut variants = vec![Variant::without_gap()];
             variants.extend(choices.iter().map(Variant::with_gap));
-            let mut stepper = Stepper::new(setup, &variants, threads, with_trace)?;
+            let kept = Kept {
+                trace: with_trace,
+                ..Kept::default()
+            };
+            let mut stepper = Stepper::new(setup, &variants, threads, kept)?;
             loop {
-                let more = stepper.step()?;
+                let (_, more) = stepper.step(|_, _| ());
+                let more = more?;
                 sink.chunk(&Ticks::of(&stepper)).map_err(SimError::Sink)?;
                 // Segments that no later sample touches are forgotten, so that memory stays
                 // bounded.
-                stepper.release();
-                audience.progress(stepper.progress())?;
+                stepper.release(stepper.chunk.place());
+                audience.progress(stepper.chunk.progress)?;
                 if !more {
                     return Ok(());
                 }

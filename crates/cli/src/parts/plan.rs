@@ -107,7 +107,8 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         if let Some(warning) = info.bow_warning(BowLimit::new(&machine, &options).um) {
             remark(&format!("warning: {warning}"));
         }
-        if let Some(warning) = info.late_warning() {
+        let warnings = [info.late_warning(), info.shortfall_warning()];
+        for warning in warnings.into_iter().flatten() {
             remark(&format!("warning: {warning}"));
         }
     }

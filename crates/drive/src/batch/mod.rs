@@ -27,6 +27,17 @@ use rayon::prelude::*;
 
 pub use lanes::WIDTH;
 
+/// Axes for which it pays to make a group of their own for a further thread. A choice: the vectors of
+/// a group cost the same however many lanes have an axis, and half of them should.
+const WORTH_A_GROUP: usize = WIDTH / 2;
+
+/// Axes in a group, so that no thread is idle while another has more than it needs: as many groups
+/// for each thread, if that leaves enough axes in each.
+fn group_size(axes: usize, threads: usize) -> usize {
+    let groups = axes.div_ceil(WIDTH).next_multiple_of(threads);
+    axes.div_ceil(groups.max(1)).max(WORTH_A_GROUP)
+}
+
 /// Axes that are stepped side by side.
 pub struct AxisBatch {
     groups: Vec<Group>,
@@ -39,8 +50,7 @@ impl AxisBatch {
     /// share them out over the rayon pool in force, which should have that many. The results do
     /// not depend on it.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>, threads: usize) -> AxisBatch {
-        // no thread idle while another has more than it needs
-        let size = axes.len().div_ceil(threads.max(1));
+        let size = group_size(axes.len(), threads.max(1));
         let mut groups: Vec<Group> = Vec::new();
         for mut axis in axes {
             let periods = axis.current_loop().periods();

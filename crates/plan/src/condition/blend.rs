@@ -36,8 +36,12 @@ pub(crate) trait Judge {
         tolerance: f64,
     ) -> bool;
 
-    /// About how long the motion along steps takes, s, from any speed to rest.
+    /// About how long the motion along steps takes from rest to rest, s.
     fn time_s(&self, steps: &[PathStep]) -> f64;
+
+    /// The same, and what it would take on a straight way as long, at the same feeds; 0 where it
+    /// rests in between.
+    fn times_s(&self, steps: &[PathStep]) -> [f64; 2];
 
     /// How soft the motions before and after a stop should be, so that they may overlap.
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;

@@ -39,6 +39,9 @@ const NEXT_LOOK: usize = 16;
 /// A curve has to take less than this part of the time of the section vertex by vertex. A choice: the
 /// estimate errs by about the rest, and a curve that gains nothing leaves more of the program.
 const FASTER_PART: f64 = 0.99;
+/// No curve is looked for where a straight way would take this part of the time or more. A choice:
+/// a third of what a curve has to gain, so that what is lost is small.
+const AT_FEED_PART: f64 = 0.997;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -71,6 +74,8 @@ pub(crate) struct Conditioner {
     rested: bool,
     /// Number of lines at which the section is looked at.
     due: usize,
+    /// How often a curve could not be found any further.
+    curve_stops: u64,
 }
 
 impl Conditioner {
@@ -83,7 +88,13 @@ impl Conditioner {
             taken: Taken::Open,
             rested: true,
             due: FIRST_LOOK,
+            curve_stops: 0,
         }
+    }
+
+    /// How often the motion came to rest because a curve could not be found any further.
+    pub(crate) fn curve_stops(&self) -> u64 {
+        self.curve_stops
     }
 
     /// Takes a move of positive length.
@@ -153,17 +164,14 @@ impl Conditioner {
             Taken::Open => {
                 let (from, start) = self.start();
                 let (to, end) = self.end(rests);
-                let found = self.find(from, start, to, end);
-                match found.filter(|found| self.is_faster(found, from, to, judge)) {
-                    Some(found) => {
+                match self.decide([from, to], [start, end], judge) {
+                    Ok(found) => {
                         self.joiner.lead_in_to(from, out);
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
                     }
-                    None => {
-                        for line in &self.section[1..] {
-                            self.joiner.push(line, judge, out);
-                        }
+                    Err(steps) => {
+                        out.extend(steps);
                         self.joiner.close(judge, out);
                     }
                 }
@@ -205,22 +213,19 @@ impl Conditioner {
                 .min(SECTION_LINES);
             return;
         }
-        let found = self.find(from, start, last.length, Tie::Place);
-        let found = match (&self.taken, found) {
-            (Taken::Open, Some(found)) => {
-                Some(found).filter(|found| self.is_faster(found, from, last.length, judge))
-            }
-            (_, found) => found,
+        let found = match &self.taken {
+            Taken::Open => self.decide([from, last.length], [start, Tie::Place], judge),
+            _ => self
+                .find(from, start, last.length, Tie::Place)
+                .ok_or_else(Vec::new),
         };
         match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
-            (Taken::Curve { rest, .. }, None) => self.fall_back(rest, judge, out),
-            (_, None) => {
-                for line in &self.section[1..] {
-                    self.joiner.push(line, judge, out);
-                }
+            (Taken::Curve { rest, .. }, Err(_)) => self.fall_back(rest, judge, out),
+            (_, Err(steps)) => {
+                out.extend(steps);
                 self.section.drain(..self.section.len() - 1);
             }
-            (taken, Some(mut found)) => {
+            (taken, Ok(mut found)) => {
                 if let Taken::Open = taken {
                     self.joiner.lead_in_to(from, out);
                 }
@@ -246,6 +251,7 @@ impl Conditioner {
         let done = rest.last().map(|piece| piece.marks[1].segment);
         emit(rest, out);
         out.push(PathStep::Stop(Stop::default()));
+        self.curve_stops += 1;
         self.joiner.forget();
         for line in self
             .section
@@ -300,11 +306,37 @@ impl Conditioner {
         Way::new(&self.section, from, to, tolerances?)
     }
 
-    /// Whether a curve takes clearly less time than the section vertex by vertex.
-    fn is_faster(&self, found: &Found, from: f64, to: f64, judge: &dyn Judge) -> bool {
-        let Some(last) = self.section.last() else {
-            return false;
+    /// Takes the section as a curve where that takes clearly less time; else gives the steps vertex
+    /// by vertex, up to which the joiner then is.
+    fn decide(
+        &mut self,
+        [from, to]: [f64; 2],
+        [start, end]: [Tie; 2],
+        judge: &dyn Judge,
+    ) -> Result<Found, Vec<PathStep>> {
+        let (mut joiner, mut steps) = (self.joiner.clone(), Vec::new());
+        for line in &self.section[1..] {
+            joiner.push(line, judge, &mut steps);
+        }
+        let mut whole = steps.clone();
+        joiner.clone().stop(Stop::default(), judge, &mut whole);
+        let [moves_s, straight_s] = judge.times_s(&whole);
+        // Where the feed alone limits the motion, no curve is faster.
+        let most_s = FASTER_PART * moves_s;
+        let found = if AT_FEED_PART * moves_s > straight_s {
+            self.find(from, start, to, end)
+                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+        } else {
+            None
         };
+        found.ok_or_else(|| {
+            self.joiner = joiner;
+            steps
+        })
+    }
+
+    /// About how long the section takes as a curve, s.
+    fn curve_s(&self, found: &Found, from: f64, to: f64, judge: &dyn Judge) -> f64 {
         let mut curve = Vec::new();
         self.joiner.clone().lead_in_to(from, &mut curve);
         curve.extend(
@@ -313,15 +345,10 @@ impl Conditioner {
                 .iter()
                 .map(|piece| PathStep::Piece(Arc::new(piece.clone()))),
         );
-        if to < last.length {
+        if let Some(last) = self.section.last().filter(|last| to < last.length) {
             curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }
-        let (mut joiner, mut moves) = (self.joiner.clone(), Vec::new());
-        for line in &self.section[1..] {
-            joiner.push(line, judge, &mut moves);
-        }
-        joiner.stop(Stop::default(), judge, &mut moves);
-        judge.time_s(&curve) < FASTER_PART * judge.time_s(&moves)
+        judge.time_s(&curve)
     }
 }
 

@@ -111,6 +111,16 @@ impl Retimer {
         true
     }
 
+    /// How many windows were output in which nothing better was found.
+    pub(crate) fn kept(&self) -> u64 {
+        self.windows.kept
+    }
+
+    /// How many samples are held.
+    pub(crate) fn held(&self) -> usize {
+        self.windows.points.len() + self.ready.len()
+    }
+
     /// The next sample that is final.
     pub(crate) fn next(&mut self) -> Option<Sample> {
         self.ready.pop_front()

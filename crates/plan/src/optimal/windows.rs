@@ -57,6 +57,8 @@ pub(crate) struct Trial {
     pub(super) excess: Excess,
     /// Whether the solver found a better motion.
     pub(crate) found: bool,
+    /// Whether the motion is that at the pace of the window's end: nothing better was found.
+    is_kept: bool,
 }
 
 impl Trial {
@@ -89,6 +91,8 @@ pub(crate) struct Windows {
     walk: Walk,
     solver: Interior,
     judge: LimitJudge,
+    /// How many windows were output in which nothing better was found.
+    pub(crate) kept: u64,
 }
 
 impl Windows {
@@ -113,6 +117,7 @@ impl Windows {
             },
             solver: Interior::default(),
             judge: LimitJudge::new(config),
+            kept: 0,
         }
     }
 
@@ -135,6 +140,7 @@ impl Windows {
         self.x.resize(intervals + 2, self.tail);
         let slow = self.x.clone();
         let mut trial = self.improve(&problem, &FIRST_GOAL, ends[1], given);
+        let mut is_kept = !trial.found;
         // The solver imposes limits in the middles of intervals, the judge looks at samples: where
         // they differ the limits are tightened.
         for _ in 0..MAX_ROUNDS {
@@ -157,11 +163,15 @@ impl Windows {
             let other = self.trial(ends[1], given, true);
             if other.least() > trial.least() {
                 trial = other;
+                is_kept = true;
             } else {
                 self.x = found;
             }
         }
-        self.settle(trial, ends, given)
+        Trial {
+            is_kept,
+            ..self.settle(trial, ends, given)
+        }
     }
 
     /// Lowers the pace where a limit is still passed by a little, if that suffices and takes hardly
@@ -251,12 +261,14 @@ impl Windows {
             samples,
             walk,
             found,
+            is_kept: false,
         }
     }
 
     /// Outputs the samples of the first `given` intervals and drops those intervals.
     pub(crate) fn give(&mut self, trial: Trial, given: usize) -> Vec<Placed> {
         self.walk = trial.walk;
+        self.kept += u64::from(trial.is_kept);
         self.judge.pass(&trial.samples);
         self.points.drain(..given);
         self.x.drain(..given);

@@ -137,6 +137,11 @@ impl Course {
             .map(|step| step as f64)
     }
 
+    /// How many samples are held.
+    pub(super) fn held(&self) -> usize {
+        self.samples.len()
+    }
+
     /// Forgets what lies well before a place.
     pub(super) fn forget(&mut self, sigma: f64) {
         while self.samples.len() > 4 && (self.first + 3) as f64 <= sigma {

@@ -15,7 +15,7 @@ mod retimed;
 pub use action::Action;
 
 use crate::optimal::LimitJudge;
-use crate::{Heeds, PlanError, PlannerConfig, Sample};
+use crate::{Heeds, PlanError, PlannerConfig, Sample, Shortfalls};
 use action::Asked;
 use course::{Course, PaceState};
 use lostmotion_base::{Clock, Coords, Tick};
@@ -63,6 +63,8 @@ pub struct Pacer {
     /// The last positions that were output, the latest last.
     past: [Coords; 4],
     over: bool,
+    /// Windows in which nothing better was found, of retimed motions that are past.
+    kept: u64,
 }
 
 impl Pacer {
@@ -109,6 +111,7 @@ impl Pacer {
             tick: 0,
             past: [Coords::ZERO; 4],
             over: false,
+            kept: 0,
         })
     }
 
@@ -128,6 +131,20 @@ impl Pacer {
         self.next = None;
         (self.patience, self.delay) = (0, 0);
         Ok(())
+    }
+
+    /// How many samples of the plan, and states of a motion made of them, are held.
+    pub fn held_samples(&self) -> usize {
+        self.course.held() + self.retimed.as_ref().map_or(0, |retimed| retimed.held())
+    }
+
+    /// How often the motion so far is not what it could be, besides what the plan falls short of.
+    pub fn shortfalls(&self) -> Shortfalls {
+        let now = self.retimed.as_ref().map_or(0, |retimed| retimed.kept());
+        Shortfalls {
+            kept_windows: self.kept + now,
+            ..Shortfalls::default()
+        }
     }
 
     /// Takes the next sample of the plan.
@@ -321,7 +338,10 @@ impl Pacer {
             self.asked,
         );
         let is_found = found.is_some();
-        self.retimed = found.map(Box::new).or_else(|| self.retimed.take());
+        if is_found {
+            self.kept = self.shortfalls().kept_windows;
+            self.retimed = found.map(Box::new);
+        }
         is_found
     }
 
@@ -372,6 +392,7 @@ impl Pacer {
 
     fn begin(&mut self, ramp: Ramp) {
         self.ramp = Some((ramp, 0.0));
+        self.kept = self.shortfalls().kept_windows;
         self.retimed = None;
     }
 }

@@ -114,6 +114,16 @@ impl Retimed {
         Some(retimed)
     }
 
+    /// How many points and states are held.
+    pub(super) fn held(&self) -> usize {
+        self.windows.points.len() + self.ready.len()
+    }
+
+    /// How many windows of it were output in which nothing better was found.
+    pub(super) fn kept(&self) -> u64 {
+        self.windows.kept
+    }
+
     /// The states of the next cycles, as far as they are settled.
     pub(super) fn ready(&self, cycle: usize) -> Option<PaceState> {
         self.ready.get(cycle).copied()

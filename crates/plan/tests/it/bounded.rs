@@ -7,7 +7,8 @@ use crate::common::generate::{Case, Dice, plain, varied};
 use crate::common::paced::Plan;
 use crate::common::{cartesian, run};
 use lostmotion_base::Coords;
-use lostmotion_plan::{Action, PlanItem, PlannerConfig, Quality, Sample};
+use lostmotion_path::Curve;
+use lostmotion_plan::{Action, FeedLimit, Move, PlanItem, Planner, PlannerConfig, Quality, Sample};
 use std::env;
 
 /// Samples in what a program may take at least, times the cycle: ten stops of the slowest machine.
@@ -122,5 +123,70 @@ fn plans_end_whatever_an_operator_does() {
             plan.samples.last().unwrap().position,
             "{seed}: {actions:?}"
         );
+    }
+}
+
+/// A program several times, with a line back to its start in between.
+fn again(case: &Case, times: usize) -> Vec<Move> {
+    let once = &case.program.moves;
+    let back = Move {
+        curve: Curve::line(once.last().unwrap().curve.end(), once[0].curve.start()),
+        feed: FeedLimit::Rapid,
+        ..once[0]
+    };
+    (0..times)
+        .flat_map(|_| once.iter().copied().chain([back]))
+        .collect()
+}
+
+/// The most pieces and samples that a planner held, where what is final is taken at once.
+fn held_by_planner(config: &PlannerConfig, moves: &[Move]) -> [usize; 2] {
+    let mut planner = Planner::new(config.clone(), cartesian(), Coords::ZERO).unwrap();
+    let (mut held, mut samples) = ([0; 2], Vec::new());
+    for item in moves {
+        planner.push(PlanItem::Move(*item)).unwrap();
+        samples.clear();
+        while planner.take(1, &mut samples) > 0 {
+            held[1] = held[1].max(planner.held_samples());
+        }
+        held[0] = held[0].max(planner.held_pieces());
+    }
+    held
+}
+
+/// What is held is that of the window: it does not grow with the program, in any quality and at any
+/// pace.
+#[test]
+fn what_is_held_does_not_grow_with_the_program() {
+    for seed in 97_000..97_000 + count(4) {
+        for quality in [Quality::Fast, Quality::Optimal] {
+            let make = if seed % 2 == 0 { plain } else { varied };
+            let case = of_quality(make(seed), quality);
+            // As often as the windows need to be full at least once.
+            let times = 1 + 6000 / plan(&case).len();
+            let [few, many] = [times, 4 * times].map(|times| again(&case, times));
+            let [few_held, many_held] =
+                [&few, &many].map(|moves| held_by_planner(&case.config, moves));
+            for (few, many) in few_held.into_iter().zip(many_held) {
+                assert!(
+                    many <= few + few / 4 + 64,
+                    "{seed} {quality:?}: {many} after {few}"
+                );
+            }
+            assert_eq!(few_held[1] > 0, quality == Quality::Optimal, "{seed}");
+            let [few, many] = [few, many].map(|moves| {
+                let items = moves.into_iter().map(PlanItem::Move).collect();
+                let plan = Plan::of(&case.config, items);
+                let most = 4 * plan.samples.len() + SHORTEST_MS;
+                let over = [(0, Action::Override(1.5))];
+                let (samples, held) = plan.paced_held(&over, most);
+                assert!(samples.len() < most, "{seed}");
+                held
+            });
+            assert!(
+                many <= few + few / 4 + 64,
+                "{seed} {quality:?}: paced {many} after {few}"
+            );
+        }
     }
 }

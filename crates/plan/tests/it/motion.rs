@@ -305,7 +305,7 @@ fn memory_stays_within_the_window_on_long_programs() {
     count += planner.take(usize::MAX, &mut samples);
     assert!(held <= 2 * 1024 + 200, "{held}");
     assert!(count > 40_000, "{count}");
-    assert_eq!(planner.forced_stops(), 0);
+    assert_eq!(planner.shortfalls().window_stops, 0);
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn a_window_too_short_for_the_path_stops_but_keeps_the_limits() {
     }
     planner.finish().unwrap();
     planner.take(usize::MAX, &mut samples);
-    assert!(planner.forced_stops() > 0);
+    assert!(planner.shortfalls().window_stops > 0);
     assert_limits(&samples, &[Some(LIMITS); 3]);
     assert!((samples.last().unwrap().position[AxisId::X] - 8.0).abs() < 1e-9);
 }

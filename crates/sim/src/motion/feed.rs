@@ -11,13 +11,15 @@ use super::steer::Modes;
 use super::steer::Read;
 use crate::error::SimError;
 use crate::options::BowLimit;
-use crate::results::PlanInfo;
+use crate::results::{PlanInfo, PlanShortfalls};
 use crate::setup::Setup;
 use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_gcode::MotionItem;
 use lostmotion_kinematics::TipControl;
-use lostmotion_plan::{FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample};
+use lostmotion_plan::{
+    FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample, Shortfalls,
+};
 use std::sync::Arc;
 
 /// What was read, for the account of where time goes.
@@ -54,6 +56,8 @@ pub(crate) struct Feed {
     planned: Coords,
     /// Samples and segments before the planner at work.
     before: (Tick, u64),
+    /// What the planners before it fell short of.
+    shortfalls: Shortfalls,
     given: Tick,
     segments: u64,
     change: LimitChange,
@@ -117,6 +121,7 @@ impl Feed {
             modes,
             held: None,
             before: (0, 0),
+            shortfalls: Shortfalls::default(),
             given: 0,
             segments: 0,
             change,
@@ -271,6 +276,7 @@ impl Feed {
         let kinematics = self.modes.kinematics(read.tip);
         // The joints stand where the last plan ended; only the words for the place change.
         let start = kinematics.forward(&self.planned, &[0.0; 3]);
+        self.shortfalls += self.planner.shortfalls();
         self.planner = Bows::bound(
             self.bows.as_ref(),
             Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
@@ -280,13 +286,20 @@ impl Feed {
         Ok(())
     }
 
-    /// Tells how straight the tool goes, and which interventions came after the end of the motion.
+    /// Tells how straight the tool goes, what the plan falls short of, and which interventions came
+    /// after the end of the motion.
     pub(crate) fn tell(&self, plan: &mut PlanInfo) {
         if let Some(bows) = &self.bows {
             bows.tell(plan);
         }
         let paced = self.paced.as_ref();
         plan.late = paced.and_then(|paced| paced.left(self.command_period_s));
+        let mut shortfalls = self.shortfalls;
+        shortfalls += self.planner.shortfalls();
+        if let Some(paced) = paced {
+            shortfalls += paced.shortfalls();
+        }
+        plan.shortfalls = PlanShortfalls::of(shortfalls);
     }
 
     /// The last sample given out.

@@ -4,7 +4,7 @@ use crate::error::SimError;
 use crate::options::Intervention;
 use crate::results::LateInterventions;
 use lostmotion_base::Tick;
-use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample};
+use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample, Shortfalls};
 use std::collections::VecDeque;
 
 /// Samples of the plan that are read at a time. A choice: few enough to keep memory small.
@@ -90,6 +90,11 @@ impl Paced {
             }
         }
         Ok(())
+    }
+
+    /// How often the motion is not what it could be.
+    pub(super) fn shortfalls(&self) -> Shortfalls {
+        self.pacer.shortfalls()
     }
 
     /// Those actions whose time has not come.

@@ -1,6 +1,6 @@
 //! All axes of all variants of the machine, stepped side by side.
 
-use super::outputs::{AxisInfo, Beam, Outputs};
+use super::outputs::{AxisInfo, Beam, LaneLayout, Outputs};
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
@@ -12,6 +12,7 @@ use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner}
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// How long the machine stands still before the program, s: gravity pulls loads to their flank,
 /// drives settle. A choice: many times the slowest loop's time constant of the embedded machines.
@@ -45,7 +46,8 @@ pub(crate) struct Bank {
     /// Command cycles since the last one.
     since_exchange: usize,
     delay_ticks: u32,
-    pub(crate) outputs: Outputs,
+    layout: Arc<LaneLayout>,
+    with_trace: bool,
 }
 
 /// A variant of the machine: its compensator, or the machine without a gap and without one.
@@ -78,6 +80,12 @@ impl<'a> Variant<'a> {
             choice: Some(choice),
             misled: Some(misled),
         }
+    }
+
+    /// Whether its control watches the motors: the machine without a gap is there for comparison
+    /// alone.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.choice.is_some()
     }
 
     /// The description of a drive in this variant.
@@ -174,8 +182,7 @@ impl Bank {
             .iter()
             .enumerate()
             .for_each(|(place, lane)| lane_of[*lane] = place);
-        let outputs = Outputs {
-            lanes: lanes.iter().map(|_| AxisOutput::new(with_trace)).collect(),
+        let layout = LaneLayout {
             lane_of,
             datums: order.iter().map(|lane| lanes[*lane].datum).collect(),
             axes,
@@ -183,7 +190,7 @@ impl Bank {
         };
         let drive_of = order.iter().map(|lane| lanes[*lane].drive).collect();
         // Every variant has as many lanes, one behind the other.
-        let drives = count + usize::from(outputs.gantry.is_some());
+        let drives = count + usize::from(layout.gantry.is_some());
         let variant_of = order.iter().map(|lane| lane / drives.max(1)).collect();
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
@@ -204,8 +211,14 @@ impl Bank {
             variant_of,
             ended: vec![false; variants.len()],
             delay_ticks,
-            outputs,
+            layout: Arc::new(layout),
+            with_trace,
         })
+    }
+
+    /// Number of variants.
+    pub(crate) fn variants(&self) -> usize {
+        self.ended.len()
     }
 
     /// What the drives of a variant have learned, by their number.
@@ -234,7 +247,7 @@ impl Bank {
         // Free lanes first, then the ends of beams: the order of the outputs.
         let beams = self.beams.iter().flat_map(TiedAxes::axes);
         let runners: Vec<&dyn AxisRunner> = self.batch.axes().chain(beams).collect();
-        let lanes = self.outputs.lanes_of(variant).iter();
+        let lanes = self.layout.lanes_of(variant).iter();
         lanes
             .filter_map(|lane| runners.get(*lane))
             .map(|runner| of(*runner))
@@ -246,6 +259,11 @@ impl Bank {
         self.delay_ticks
     }
 
+    /// Whether a variant's machine has stopped.
+    pub(crate) fn has_ended(&self, variant: usize) -> bool {
+        self.ended.get(variant).is_some_and(|ended| *ended)
+    }
+
     /// Ends a variant whose machine has stopped: nothing of it is simulated from the next chunk on.
     pub(crate) fn end(&mut self, variant: usize) {
         if let Some(ended) = self.ended.get_mut(variant) {
@@ -253,11 +271,25 @@ impl Bank {
         }
     }
 
-    /// Steps every lane through a chunk of samples. `forces` has the force on each joint's load (N or
-    /// N m) for each sample, or is empty. The outputs of the chunk before are overwritten.
-    pub(crate) fn run(&mut self, samples: &[Sample], forces: &[Coords]) -> Result<(), SimError> {
+    /// Outputs of all lanes, empty.
+    pub(crate) fn outputs(&self) -> Outputs {
+        let lanes = self.drive_of.iter();
+        Outputs {
+            layout: Arc::clone(&self.layout),
+            lanes: lanes.map(|_| AxisOutput::new(self.with_trace)).collect(),
+        }
+    }
+
+    /// Steps every lane through a chunk of samples and appends to its output. `forces` has the force
+    /// on each joint's load (N or N m) for each sample, or is empty.
+    pub(crate) fn run(
+        &mut self,
+        samples: &[Sample],
+        forces: &[Coords],
+        outputs: &mut Outputs,
+    ) -> Result<(), SimError> {
         // Joint units of the plan to axis units, with the load's share of the cutting force.
-        for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
+        for (info, setpoints) in self.layout.axes.iter().zip(&mut self.setpoints) {
             setpoints.clear();
             setpoints.extend(samples.iter().enumerate().map(|(n, sample)| {
                 let (id, units) = (info.id, info.units);
@@ -275,10 +307,9 @@ impl Bank {
         }
         // Both motors follow one command; the cutting force is divided by the lever rule of the
         // tool's place on the beam.
-        if let Some(beam) = &self.outputs.gantry {
+        if let Some(beam) = &self.layout.gantry {
             beam.share_forces(samples, &mut self.setpoints);
         }
-        self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
         // Stretches end where compensators tell each other how ready they are, at the same times
         // whatever the length of a chunk.
         let (count, mut from) = (samples.len(), 0);
@@ -287,7 +318,7 @@ impl Bank {
                 0 => count,
                 cycles => count.min(from + cycles - self.since_exchange),
             };
-            self.step(from..to)?;
+            self.step(from..to, &mut outputs.lanes)?;
             self.since_exchange += to - from;
             if self.since_exchange == self.exchange_cycles {
                 self.exchange();
@@ -322,7 +353,7 @@ impl Bank {
     }
 
     /// Steps every lane through a stretch of the chunk's setpoints.
-    fn step(&mut self, stretch: Range<usize>) -> Result<(), SimError> {
+    fn step(&mut self, stretch: Range<usize>, outputs: &mut [AxisOutput]) -> Result<(), SimError> {
         // Variants differ in their lanes, never in their setpoints: lanes of one drive share a
         // slice. A lane without setpoints stays where it is.
         let setpoints: Vec<&[Setpoint]> = self
@@ -335,8 +366,8 @@ impl Bank {
             })
             .collect();
         let free = self.batch.len();
-        let (lanes, ends) = self.outputs.lanes.split_at_mut(free);
-        let (drive_of, infos) = (&self.drive_of, (&self.outputs.axes, &self.outputs.gantry));
+        let (lanes, ends) = outputs.split_at_mut(free);
+        let (drive_of, infos) = (&self.drive_of, (&self.layout.axes, &self.layout.gantry));
         // An error names the axis; the second motor counts as the gantry's axis.
         let named = |lane: usize, source| {
             let (axes, gantry) = infos;

@@ -5,6 +5,7 @@ use super::monitor::Stop;
 use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
+use super::stepper::Stepper;
 use crate::machine::{Machine, MachineAxis};
 use crate::method::Choice;
 use crate::motion::Checked;
@@ -64,6 +65,7 @@ pub(crate) fn answer(
         bow_limit_um,
         unstraight,
         late,
+        shortfalls,
         ..
     } = tally.straightness;
     // Bow and end of the motion are known only after planning: these warnings follow those of the
@@ -74,6 +76,9 @@ pub(crate) fn answer(
             .bow_warning(BowLimit::new(machine, options).um),
     );
     program.warnings.extend(tally.straightness.late_warning());
+    program
+        .warnings
+        .extend(tally.straightness.shortfall_warning());
     Run {
         schema: SCHEMA_VERSION,
         program,
@@ -89,6 +94,7 @@ pub(crate) fn answer(
             bow_limit_um,
             unstraight,
             late,
+            shortfalls,
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
@@ -133,7 +139,7 @@ fn method_result(
             .stop
             .as_ref()
             .map(|stop| stop_result(stop, choice, machine, tally)),
-        limits_used: limits_used(recorder, machine),
+        limits_used: limits_used(&tally.stepper, variant, machine),
         within_tolerance: recorder.stop.is_none() && cutting.max <= tolerance_um,
         misled: Vec::new(),
         learned: tally.stepper.bank.learned(variant, machine),
@@ -189,7 +195,7 @@ fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
 }
 
 fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
-    let (recorder, outputs) = (&tally.recorders[variant], &tally.stepper.bank.outputs);
+    let (recorder, outputs) = (&tally.recorders[variant], &tally.stepper.chunk.outputs);
     let axis = outputs.axes().get(outputs.gantry_axis()?)?.id;
     let summary = recorder.skew.summary();
     Some(GantryResult {
@@ -255,15 +261,15 @@ fn stop_result(stop: &Stop, choice: &Choice, machine: &Machine, tally: &Tally) -
 }
 
 /// How near each axis came to being stopped.
-fn limits_used(recorder: &Recorder, machine: &Machine) -> Vec<LimitsUsed> {
+fn limits_used(stepper: &Stepper, variant: usize, machine: &Machine) -> Vec<LimitsUsed> {
     let axes = machine.axes().iter().enumerate();
     // The second motor of a gantry comes behind the axes.
     let second = |axis: AxisId| {
         machine.gantry().filter(|gantry| gantry.axis == axis)?;
-        recorder.limits_used(machine.axes().len())
+        stepper.limits_used(variant, machine.axes().len())
     };
     axes.map(|(drive, axis)| {
-        let first = recorder.limits_used(drive).unwrap_or_default();
+        let first = stepper.limits_used(variant, drive).unwrap_or_default();
         // Of two motors the one that is nearer to its limits.
         let other = second(axis.id).unwrap_or_default();
         LimitsUsed {
@@ -301,7 +307,7 @@ fn excess(stop: &Stop) -> f64 {
 }
 
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
-    let outputs = &tally.stepper.bank.outputs;
+    let outputs = &tally.stepper.chunk.outputs;
     let info = &outputs.axes()[axis];
     // Where the machine has stopped, what its drives had done by then.
     let stop = tally.recorders[variant].stop.as_ref();

@@ -28,7 +28,7 @@ pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
 pub(crate) use run::on_threads;
-pub(crate) use stepper::Stepper;
+pub(crate) use stepper::{Kept, Stepper};
 pub use stepper::{TickSink, Ticks};
 
 use crate::error::SimError;

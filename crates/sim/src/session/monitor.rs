@@ -21,7 +21,7 @@ pub(crate) struct Stop {
     /// When, counted as the frames are.
     pub(crate) tick: Tick,
     pub(crate) block: BlockRef,
-    /// Commanded tip from the program's zero, mm.
+    /// Commanded tip from the program's zero, mm, once it is known.
     pub(crate) at_mm: [f64; 3],
     /// All motors of the machine then.
     pub(crate) drives: Vec<Monitored>,
@@ -53,19 +53,24 @@ impl Monitor {
         }
     }
 
-    /// Looks at a servo tick: at the last one of each command cycle the control sees the motors.
-    /// The first limit that one of them has passed, in the order of the axes.
-    #[inline]
-    pub(crate) fn step(
+    /// Looks at the frames of a chunk, at the last servo tick of each command cycle, as the control
+    /// sees the motors. The first limit that one of them has passed, in the order of the axes; the
+    /// tool's place is told by the judge.
+    pub(crate) fn chunk(
         &mut self,
-        frame: &Frame,
+        frames: &[Frame],
         outputs: &Outputs,
         variant: usize,
     ) -> Option<Stop> {
-        if frame.servo_sample % self.servo_ticks != self.servo_ticks - 1 {
-            return None;
+        let servo_ticks = self.servo_ticks;
+        let is_last = |frame: &&Frame| frame.servo_sample % servo_ticks == servo_ticks - 1;
+        for frame in frames.iter().filter(is_last) {
+            let stop = self.cycle(frame, outputs, variant);
+            if stop.is_some() {
+                return stop;
+            }
         }
-        self.cycle(frame, outputs, variant)
+        None
     }
 
     /// The largest parts of its limits that a motor has used, by its place among the drives.

@@ -6,12 +6,19 @@ use lostmotion_base::{AxisId, Coords};
 use lostmotion_drive::config::AxisUnit;
 use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_plan::Sample;
+use std::sync::Arc;
 
-/// What all lanes did in the last chunk.
-#[derive(Debug)]
+/// What all lanes did in a chunk.
+#[derive(Clone, Debug)]
 pub(crate) struct Outputs {
-    pub(super) axes: Vec<AxisInfo>,
+    pub(super) layout: Arc<LaneLayout>,
     pub(super) lanes: Vec<AxisOutput>,
+}
+
+/// Which lane is which.
+#[derive(Debug)]
+pub(crate) struct LaneLayout {
+    pub(super) axes: Vec<AxisInfo>,
     /// Lane of each axis of each variant, and behind them that of the second motor of a gantry.
     pub(super) lane_of: Vec<usize>,
     /// Where each lane's load stands when its command is 0, in the axis' unit.
@@ -87,9 +94,26 @@ impl AxisInfo {
     }
 }
 
+impl LaneLayout {
+    /// The lanes of all drives of a variant, in their order.
+    pub(super) fn lanes_of(&self, variant: usize) -> &[usize] {
+        let drives = self.axes.len() + usize::from(self.gantry.is_some());
+        self.lane_of
+            .get(variant * drives..(variant + 1) * drives)
+            .unwrap_or_default()
+    }
+}
+
 impl Outputs {
+    /// Forgets the samples; counts and peaks go on from those of another chunk.
+    pub(super) fn go_on_from(&mut self, before: &Outputs) {
+        for (lane, before) in self.lanes.iter_mut().zip(&before.lanes) {
+            lane.go_on_from(before);
+        }
+    }
+
     pub(crate) fn axes(&self) -> &[AxisInfo] {
-        &self.axes
+        &self.layout.axes
     }
 
     /// Output of an axis of a variant for the last chunk.
@@ -101,32 +125,29 @@ impl Outputs {
     /// axes.
     #[inline]
     fn lane(&self, variant: usize, axis: usize) -> usize {
-        self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
-    }
-
-    /// The lanes of all drives of a variant, in their order.
-    pub(super) fn lanes_of(&self, variant: usize) -> &[usize] {
-        let drives = self.axes.len() + usize::from(self.gantry.is_some());
-        self.lane_of
-            .get(variant * drives..(variant + 1) * drives)
-            .unwrap_or_default()
+        self.layout.lane_of
+            [variant * (self.layout.axes.len() + usize::from(self.layout.gantry.is_some())) + axis]
     }
 
     /// Output of the second motor of an axis of a variant, if it has one, and the current limit of
     /// its drive, A.
     pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<(&AxisOutput, f64)> {
-        let beam = self.gantry.as_ref().filter(|beam| beam.axis == axis)?;
+        let beam = self
+            .layout
+            .gantry
+            .as_ref()
+            .filter(|beam| beam.axis == axis)?;
         let limit_a = beam.gantry.second.drive.current_limit_a;
         // Its lane follows those of the axes.
-        Some((self.of(variant, self.axes.len()), limit_a))
+        Some((self.of(variant, self.layout.axes.len()), limit_a))
     }
 
     /// How far the first end of a gantry is ahead of the second, in its unit; and its axis.
     pub(crate) fn skew(&self, variant: usize, servo_sample: usize) -> Option<f64> {
-        let beam = self.gantry.as_ref()?;
+        let beam = self.layout.gantry.as_ref()?;
         Some(
             self.end(variant, beam.axis, servo_sample)
-                - self.end(variant, self.axes.len(), servo_sample),
+                - self.end(variant, self.layout.axes.len(), servo_sample),
         )
     }
 
@@ -140,11 +161,16 @@ impl Outputs {
     ) -> impl Iterator<Item = MotorPoint> {
         // The second motor of a gantry has its axis' unit and, as its lane, the place behind all
         // axes; its transmission may be its own.
-        let second = self.gantry.as_ref().and_then(|beam| {
+        let second = self.layout.gantry.as_ref().and_then(|beam| {
             let per_rad = 1.0 / beam.gantry.second.transmission.motor_rad_per_unit();
-            Some((self.axes.get(beam.axis)?, per_rad, self.axes.len(), true))
+            Some((
+                self.layout.axes.get(beam.axis)?,
+                per_rad,
+                self.layout.axes.len(),
+                true,
+            ))
         });
-        let firsts = self.axes.iter().enumerate();
+        let firsts = self.layout.axes.iter().enumerate();
         let firsts = firsts.map(|(index, info)| (info, info.units_per_rad, index, false));
         firsts
             .chain(second)
@@ -158,7 +184,7 @@ impl Outputs {
                     unit: info.unit,
                     reference: sample.reference.position * per_rad,
                     motor: sample.motor_position * per_rad,
-                    load: sample.load_position * per_rad - self.datums[lane],
+                    load: sample.load_position * per_rad - self.layout.datums[lane],
                     current_a: sample.current,
                     torque_nm: sample.torque,
                     engagement: sample.engagement,
@@ -168,14 +194,14 @@ impl Outputs {
 
     /// The axis of a gantry.
     pub(crate) fn gantry_axis(&self) -> Option<usize> {
-        self.gantry.as_ref().map(|beam| beam.axis)
+        self.layout.gantry.as_ref().map(|beam| beam.axis)
     }
 
     /// Load position of one motor.
     #[inline]
     fn end(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
         let lane = self.lane(variant, axis);
-        self.lanes[lane].load[servo_sample] - self.datums[lane]
+        self.lanes[lane].load[servo_sample] - self.layout.datums[lane]
     }
 
     /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis'
@@ -183,7 +209,7 @@ impl Outputs {
     #[inline]
     pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
         let first = self.end(variant, axis, servo_sample);
-        match &self.gantry {
+        match &self.layout.gantry {
             Some(beam) if beam.axis == axis => self.on_beam(beam, first, variant, servo_sample),
             _ => first,
         }
@@ -198,7 +224,7 @@ impl Outputs {
             .gantry
             .share(self.end(variant, beam.along, servo_sample));
         // Linear between the ends: the beam itself is taken to be straight.
-        first + share * (self.end(variant, self.axes.len(), servo_sample) - first)
+        first + share * (self.end(variant, self.layout.axes.len(), servo_sample) - first)
     }
 
     /// Joint positions of the loads of a variant at a servo sample of the last chunk.
@@ -214,7 +240,7 @@ impl Outputs {
 
     fn joints(&self, value: impl Fn(usize) -> f64) -> Coords {
         let mut joints = Coords::ZERO;
-        for (index, info) in self.axes.iter().enumerate() {
+        for (index, info) in self.layout.axes.iter().enumerate() {
             // Axis units to mm and rad.
             joints[info.id] = value(index) / info.units;
         }

@@ -1,14 +1,13 @@
 //! What one variant of the machine does to the contour, added up.
 
 use super::frame::{Frame, contour_input};
-use super::monitor::{Monitor, Stop};
+use super::monitor::Stop;
 use super::outputs::Outputs;
 use super::rows;
+use super::stepper::Chunk;
 use crate::error::SimError;
-use crate::motion::Modes;
 use crate::observer::ContourPoint;
 use crate::options::SimulateOptions;
-use crate::results::LimitsUsed;
 use lostmotion_base::vec::sub;
 use lostmotion_base::{BlockRef, Clock};
 use lostmotion_contour::{
@@ -40,8 +39,6 @@ pub(crate) struct Recorder {
     /// Rows finished in the last chunk.
     pub(crate) finished_blocks: Vec<BlockRow>,
     pub(crate) finished_turns: Vec<ReversalRow>,
-    /// Watches the motors; `None` for the machine without a gap, which is there for comparison.
-    monitor: Option<Monitor>,
     /// Where the machine has stopped: nothing is recorded from there on.
     pub(crate) stop: Option<Stop>,
     /// Every sample of the last chunk, if asked for.
@@ -54,7 +51,6 @@ impl Recorder {
         axes: usize,
         cycles: Cycles,
         options: &SimulateOptions,
-        monitor: Option<Monitor>,
         with_points: bool,
     ) -> Recorder {
         // The window is given in seconds and counted in servo ticks: causes must not depend on
@@ -79,7 +75,6 @@ impl Recorder {
             turns: ReversalLedger::new(window, options.keep_reversals),
             finished_blocks: Vec::new(),
             finished_turns: Vec::new(),
-            monitor,
             stop: None,
             points: with_points.then(Vec::new),
             servo: cycles.servo(),
@@ -89,11 +84,16 @@ impl Recorder {
     /// Takes a chunk.
     pub(crate) fn chunk(
         &mut self,
-        frames: &[Frame],
-        outputs: &Outputs,
+        Chunk {
+            frames,
+            outputs,
+            modes,
+            stops,
+            ..
+        }: &Chunk,
         tracker: &ContourTracker,
-        modes: &Modes,
     ) -> Result<(), SimError> {
+        let stops = stops.get(self.variant).and_then(Option::as_ref);
         self.finished_blocks.clear();
         self.finished_turns.clear();
         if let Some(points) = &mut self.points {
@@ -101,7 +101,12 @@ impl Recorder {
         }
         for frame in frames {
             // What a machine does that its control has stopped is no contour error.
-            self.watch(frame, outputs);
+            if let Some(stop) = stops.filter(|stop| stop.tick == frame.tick) {
+                self.stop = Some(Stop {
+                    at_mm: frame.tip_mm,
+                    ..stop.clone()
+                });
+            }
             if self.stop.is_some() {
                 break;
             }
@@ -152,18 +157,6 @@ impl Recorder {
             }
         }
         Ok(())
-    }
-
-    /// The largest parts of its limits that a motor has used.
-    pub(crate) fn limits_used(&self, drive: usize) -> Option<LimitsUsed> {
-        self.monitor.as_ref()?.used(drive)
-    }
-
-    #[inline]
-    fn watch(&mut self, frame: &Frame, outputs: &Outputs) {
-        if let (None, Some(monitor)) = (&self.stop, &mut self.monitor) {
-            self.stop = monitor.step(frame, outputs, self.variant);
-        }
     }
 
     fn watch_reversals(&mut self, frame: &Frame) {

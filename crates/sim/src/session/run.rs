@@ -1,11 +1,11 @@
-//! The loop: a chunk of the plan, all axes of all variants, all contour errors, and again.
+//! The loop: all axes of all variants through a chunk of the plan, all contour errors of the one
+//! before, and again.
 
 use super::bank::Variant;
 use super::frame::contour_input;
-use super::monitor::Monitor;
 use super::recorder::Recorder;
 use super::rows;
-use super::stepper::Stepper;
+use super::stepper::{Chunk, Kept, Stepper};
 use crate::error::SimError;
 use crate::method::Choice;
 use crate::observer::{Audience, MotorPoint, Observer};
@@ -14,7 +14,7 @@ use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
 use lostmotion_base::{Clock, Tick};
-use lostmotion_contour::{FootState, Place, Statistics};
+use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
 use lostmotion_methods::Misled;
@@ -104,43 +104,32 @@ fn run_on(
             .iter()
             .filter_map(|(index, misled)| Some(Variant::misled(choices.get(*index)?, *misled))),
     );
-    let mut stepper = Stepper::new(setup, &variants, threads, audience.wants_motors())?;
+    let kept = Kept {
+        trace: audience.wants_motors(),
+        learning: audience.wants_learning(),
+        stops: true,
+    };
+    let mut stepper = Stepper::new(setup, &variants, threads, kept)?;
     let points_of = if audience.wants_contour() { methods } else { 0 };
     let mut judge = Judge::new(setup, &stepper, variants.len(), methods, points_of);
     let mut texts = audience
         .observer
         .as_ref()
         .map(|_| BlockTexts::new(setup.program, files.clone()));
-    loop {
-        let more = stepper.step()?;
-        // All variants are measured on the same ticks, then rows that no later tick can change are
-        // handed out: memory stays constant.
-        judge.chunk(&mut stepper, threads)?;
-        if let (Some(observer), Some(texts)) = (&mut audience.observer, &mut texts) {
-            judge.report_rows(*observer, texts);
-            judge.report_contour(*observer);
-            if observer.wants_motors() {
-                judge.report_motors(*observer, &stepper);
-            }
-            if observer.wants_learning() {
-                let time_s = stepper.progress().simulated_s;
-                for method in 0..methods {
-                    observer.learning(method, time_s, &stepper.bank.learning(method + 1));
-                }
-            }
+    // The chunk before is judged while the axes take one.
+    let mut more = true;
+    while more {
+        let look =
+            |chunk: &mut Chunk, tracker: &ContourTracker| judge.chunk(chunk, tracker, threads);
+        let (judged, stepped) = stepper.step(look);
+        if let Some(judged) = judged {
+            judged?;
+            told(&mut judge, &mut stepper, false, (audience, &mut texts))?;
         }
-        // A machine that has stopped does nothing more that counts.
-        for (variant, recorder) in judge.recorders.iter().enumerate() {
-            if recorder.stop.is_some() {
-                stepper.bank.end(variant);
-            }
-        }
-        // After the rows, so that a caller who cancels here has seen what was finished.
-        audience.progress(stepper.progress())?;
-        if !more {
-            break;
-        }
+        more = stepped?;
     }
+    judge.chunk(&mut stepper.chunk, &stepper.tracker, threads)?;
+    told(&mut judge, &mut stepper, true, (audience, &mut texts))?;
     // Rows of the last blocks and reversals stay open until the end of the program.
     for recorder in &mut judge.recorders {
         recorder.close();
@@ -158,6 +147,43 @@ fn run_on(
         command: judge.command,
         straightness,
     })
+}
+
+/// Hands out what is final of the chunk that was judged last; at the end that is the last one.
+fn told(
+    judge: &mut Judge,
+    stepper: &mut Stepper,
+    is_end: bool,
+    (audience, texts): (&mut Audience<'_>, &mut Option<BlockTexts>),
+) -> Result<(), SimError> {
+    // A row is final once no foot point can fall back on its segment.
+    if let Some(oldest) = stepper.release(stepper.looked_at(is_end).place()) {
+        judge.close_before(oldest);
+    }
+    let chunk = stepper.looked_at(is_end);
+    // All variants are measured on the same ticks, then rows that no later tick can change are
+    // handed out: memory stays constant.
+    if let (Some(observer), Some(texts)) = (&mut audience.observer, texts) {
+        judge.report_rows(*observer, texts);
+        judge.report_contour(*observer);
+        if observer.wants_motors() {
+            judge.report_motors(*observer, chunk);
+        }
+        if observer.wants_learning() {
+            for (method, known) in chunk
+                .learning
+                .iter()
+                .skip(1)
+                .take(judge.methods)
+                .enumerate()
+            {
+                observer.learning(method, chunk.progress.simulated_s, known);
+            }
+        }
+    }
+    let progress = chunk.progress;
+    // After the rows, so that a caller who cancels here has seen what was finished.
+    audience.progress(progress)
 }
 
 /// Measures the contour error of the command, of the machine without a gap, and of every variant.
@@ -180,12 +206,11 @@ impl Judge {
         methods: usize,
         points_of: usize,
     ) -> Judge {
-        let (axes, cycles) = (stepper.bank.outputs.axes().len(), setup.machine.cycles());
+        let (axes, cycles) = (stepper.chunk.outputs.axes().len(), setup.machine.cycles());
         let recorder = |variant| {
             // Observers see methods alone; the reference variant needs no points.
             let with_points = variant != WITHOUT_GAP && variant <= points_of;
-            let monitor = (variant != WITHOUT_GAP).then(|| Monitor::new(setup.machine));
-            Recorder::new(variant, axes, cycles, setup.options, monitor, with_points)
+            Recorder::new(variant, axes, cycles, setup.options, with_points)
         };
         Judge {
             servo: cycles.servo(),
@@ -197,12 +222,17 @@ impl Judge {
         }
     }
 
-    fn chunk(&mut self, stepper: &mut Stepper, threads: usize) -> Result<(), SimError> {
+    /// Measures a chunk.
+    fn chunk(
+        &mut self,
+        chunk: &mut Chunk,
+        tracker: &ContourTracker,
+        threads: usize,
+    ) -> Result<(), SimError> {
         // First what all recorders read from the frames: they run side by side afterwards.
-        self.measure_references(stepper)?;
-        let (frames, tracker, modes) = (&stepper.frames, &stepper.tracker, &stepper.modes);
-        let outputs = &stepper.bank.outputs;
-        let record = |recorder: &mut Recorder| recorder.chunk(frames, outputs, tracker, modes);
+        self.measure_references(chunk, tracker)?;
+        let chunk = &*chunk;
+        let record = |recorder: &mut Recorder| recorder.chunk(chunk, tracker);
         // Collected in the order of the variants, so that the first error does not depend on the
         // number of threads.
         let results: Vec<Result<(), SimError>> = if threads > 1 {
@@ -210,29 +240,32 @@ impl Judge {
         } else {
             self.recorders.iter_mut().map(record).collect()
         };
-        results.into_iter().collect::<Result<(), SimError>>()?;
-        // A row is final once no foot point can fall back on its segment.
-        if let Some(oldest) = stepper.release() {
-            for recorder in &mut self.recorders {
-                recorder.close_before(oldest);
-            }
+        results.into_iter().collect()
+    }
+
+    /// Closes the rows of segments that no later sample can touch.
+    fn close_before(&mut self, segment: u64) {
+        for recorder in &mut self.recorders {
+            recorder.close_before(segment);
         }
-        Ok(())
     }
 
     /// Contour errors of the command itself and of the machine without a gap: what every method is
     /// held against.
-    fn measure_references(&mut self, stepper: &mut Stepper) -> Result<(), SimError> {
-        let (outputs, tracker) = (&stepper.bank.outputs, &stepper.tracker);
-        for frame in &mut stepper.frames {
+    fn measure_references(
+        &mut self,
+        chunk: &mut Chunk,
+        tracker: &ContourTracker,
+    ) -> Result<(), SimError> {
+        let (outputs, modes) = (&chunk.outputs, &chunk.modes);
+        for frame in &mut chunk.frames {
             // Contour error of the command: the reference as the tool, so what is left is G64's
             // blending and the interpolation.
             let command =
                 tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
             // The same tick on the machine without a gap: command plus servo.
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
-            let actual = stepper
-                .modes
+            let actual = modes
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
             frame.command = command;
@@ -275,20 +308,17 @@ impl Judge {
 
     /// Hands out the signals of all motors of the last chunk, method by method, up to the tick at
     /// which the machine has stopped.
-    fn report_motors(&self, observer: &mut dyn Observer, stepper: &Stepper) {
+    fn report_motors(&self, observer: &mut dyn Observer, chunk: &Chunk) {
         // Recorder 0 is the machine without a gap, which is no method.
         for (method, recorder) in self.of_methods() {
             let end = recorder.stop.as_ref().map_or(Tick::MAX, |stop| stop.tick);
-            let points: Vec<MotorPoint> = stepper
+            let points: Vec<MotorPoint> = chunk
                 .frames
                 .iter()
                 .filter(|frame| frame.tick < end)
                 .flat_map(|frame| {
                     let time_s = self.servo.seconds(frame.tick);
-                    stepper
-                        .bank
-                        .outputs
-                        .motors(method + 1, frame.servo_sample, time_s)
+                    chunk.outputs.motors(method + 1, frame.servo_sample, time_s)
                 })
                 .collect();
             observer.motors(method, &points);

@@ -1,13 +1,19 @@
 //! The machine in all its variants, stepped through the program chunk by chunk: plan, forces, axes,
 //! servo ticks. What is made of the ticks is others' business: the judge of a run, or a
 //! [`TickSink`].
+//!
+//! While the axes take a chunk the next one is planned, and whoever judges looks at the one before:
+//! three jobs that share nothing, side by side where there are threads, in turn where there is one.
 
 use super::bank::{Bank, Variant};
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
+use super::monitor::{Monitor, Stop};
+use super::outputs::Outputs;
 use crate::error::{SimError, SinkError};
 use crate::motion::{Feed, Modes};
 use crate::observer::Progress;
+use crate::results::LimitsUsed;
 use crate::setup::Setup;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{
@@ -16,23 +22,99 @@ use lostmotion_contour::{
 use lostmotion_drive::{AxisSample, Learning};
 use lostmotion_plan::Sample;
 
+/// A chunk of the plan that no axis has taken yet.
+struct Planned {
+    samples: Vec<Sample>,
+    /// What was read on the way.
+    segments: Vec<ProgrammedSegment>,
+    modes: Modes,
+    bytes_done: u64,
+    /// The last sample of the plan up to its end.
+    last: Option<Sample>,
+    error: Option<SimError>,
+}
+
+impl Planned {
+    fn new(feed: &Feed) -> Planned {
+        Planned {
+            samples: Vec::new(),
+            segments: Vec::new(),
+            modes: feed.modes().clone(),
+            bytes_done: 0,
+            last: None,
+            error: None,
+        }
+    }
+
+    /// Takes the next samples, at most `most`.
+    fn take(&mut self, feed: &mut Feed, most: usize) {
+        let planned = feed.chunk(most, &mut self.samples, &mut self.segments);
+        self.error = planned.err();
+        self.modes.clone_from(feed.modes());
+        self.bytes_done = feed.bytes_done();
+        self.last = feed.last();
+    }
+}
+
+/// A chunk of the plan, and what the axes have made of it.
+pub(crate) struct Chunk {
+    samples: Vec<Sample>,
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) modes: Modes,
+    pub(crate) outputs: Outputs,
+    /// Whether the plan is over, so that only the delayed reference is still under way.
+    over: bool,
+    /// How far the program is at its end.
+    pub(crate) progress: Progress,
+    /// By variant, what its drives know at its end, in the order of
+    /// [`Machine::drives`](crate::Machine::drives); empty where nobody asks.
+    pub(crate) learning: Vec<Vec<Option<Learning>>>,
+    /// By variant, whether its machine stops in it.
+    pub(crate) stops: Vec<Option<Stop>>,
+}
+
+impl Chunk {
+    fn new(modes: &Modes, bank: &Bank) -> Chunk {
+        Chunk {
+            samples: Vec::new(),
+            frames: Vec::new(),
+            modes: modes.clone(),
+            outputs: bank.outputs(),
+            over: false,
+            progress: Progress::default(),
+            learning: Vec::new(),
+            stops: Vec::new(),
+        }
+    }
+
+    /// Segment and place on it at its end.
+    pub(crate) fn place(&self) -> Option<(u64, f64)> {
+        let last = self.frames.last()?;
+        Some((last.sample.segment, last.sample.s))
+    }
+}
+
 /// A machine on its way through a program.
 pub(crate) struct Stepper {
     pub(crate) feed: Feed,
-    pub(crate) modes: Modes,
+    /// The chunk that the axes take next, once the first one is planned.
+    planned: Option<Planned>,
     cutting: Option<Cutting>,
     pub(crate) tracker: ContourTracker,
     aligner: Aligner,
     pub(crate) bank: Bank,
-    pub(crate) frames: Vec<Frame>,
-    samples: Vec<Sample>,
-    segments: Vec<ProgrammedSegment>,
+    /// The last chunk that the axes took, and the one before, which is judged meanwhile.
+    pub(crate) chunk: Chunk,
+    before: Chunk,
     total_bytes: u64,
     command: Clock,
     chunk_samples: usize,
     max_duration_s: f64,
-    /// Whether the plan is over, so that only the delayed reference is still under way.
-    over: bool,
+    threads: usize,
+    /// Whether what the drives know is kept with each chunk.
+    with_learning: bool,
+    /// By variant, what watches its motors, if anything does.
+    monitors: Vec<Option<Monitor>>,
     /// Number of samples planned.
     pub(crate) count: Tick,
     /// Largest commanded speed of each joint.
@@ -41,20 +123,31 @@ pub(crate) struct Stepper {
     pub(crate) range: [Coords; 2],
 }
 
+/// What is kept with each chunk.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kept {
+    /// All signals of every axis.
+    pub(crate) trace: bool,
+    /// What the drives know.
+    pub(crate) learning: bool,
+    /// Where the machine of a method stops: nothing of it is simulated from the next chunk on.
+    pub(crate) stops: bool,
+}
+
 impl Stepper {
-    /// At rest at the start of the program; with a trace of all signals of every axis if asked.
+    /// At rest at the start of the program.
     pub(crate) fn new(
         setup: &Setup<'_>,
         variants: &[Variant<'_>],
         threads: usize,
-        with_trace: bool,
+        kept: Kept,
     ) -> Result<Stepper, SimError> {
         let (machine, options) = (setup.machine, setup.options);
         let feed = Feed::new(setup)?;
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
-        let bank = Bank::new(machine, variants, &start, (threads, with_trace), memory)?;
+        let bank = Bank::new(machine, variants, &start, (threads, kept.trace), memory)?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
@@ -64,17 +157,21 @@ impl Stepper {
                 machine.rotary_joints(),
                 letters,
             ),
-            modes: feed.modes().clone(),
+            planned: None,
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), machine.cycles().servo_ticks()),
-            frames: Vec::new(),
-            samples: Vec::new(),
-            segments: Vec::new(),
+            chunk: Chunk::new(feed.modes(), &bank),
+            before: Chunk::new(feed.modes(), &bank),
             total_bytes: setup.program.len().unwrap_or(0),
             command: machine.cycles().command(),
             chunk_samples: options.chunk_samples,
             max_duration_s: options.max_duration_s,
-            over: false,
+            threads,
+            with_learning: kept.learning,
+            monitors: variants
+                .iter()
+                .map(|variant| (kept.stops && variant.is_watched()).then(|| Monitor::new(machine)))
+                .collect(),
             count: 0,
             peak_velocity: Coords::ZERO,
             range: [start, start],
@@ -83,67 +180,127 @@ impl Stepper {
         })
     }
 
-    /// Takes the next chunk of the plan through all axes. False once the plan is over and the
-    /// delayed references have arrived, too.
+    /// Takes the next chunk of the plan through all axes; the answer is false once the plan is over
+    /// and the delayed references have arrived, too. `beside` looks at the chunk before meanwhile,
+    /// if there is one.
     ///
     /// # Errors
     /// Those of the planner and the axes; a program that runs longer than allowed.
-    pub(crate) fn step(&mut self) -> Result<bool, SimError> {
+    pub(crate) fn step<T: Send>(
+        &mut self,
+        beside: impl FnOnce(&mut Chunk, &ContourTracker) -> T + Send,
+    ) -> (Option<T>, Result<bool, SimError>) {
+        std::mem::swap(&mut self.chunk, &mut self.before);
+        let is_first = self.planned.is_none();
+        let begun = self.begin();
+        let Stepper {
+            feed,
+            planned,
+            tracker,
+            aligner,
+            bank,
+            chunk,
+            before,
+            monitors,
+            ..
+        } = self;
+        let look = || (!is_first).then(|| beside(before, tracker));
+        let forces = match begun {
+            Ok(forces) => forces,
+            Err(error) => return (look(), Err(error)),
+        };
+        let (most, over, with_learning) = (self.chunk_samples, chunk.over, self.with_learning);
+        let mut axes = || {
+            bank.run(&chunk.samples, &forces, &mut chunk.outputs)?;
+            let outputs = &chunk.outputs;
+            // Each servo tick is paired with the command that it answers to, the delay taken out.
+            aligner.frames(
+                &chunk.samples,
+                &chunk.modes,
+                |at| outputs.reference(at),
+                &mut chunk.frames,
+            );
+            chunk.stops.clear();
+            for (variant, monitor) in monitors.iter_mut().enumerate() {
+                let running = monitor.as_mut().filter(|_| !bank.has_ended(variant));
+                let stop = running
+                    .and_then(|monitor| monitor.chunk(&chunk.frames, &chunk.outputs, variant));
+                // A machine that has stopped does nothing more that counts.
+                if stop.is_some() {
+                    bank.end(variant);
+                }
+                chunk.stops.push(stop);
+            }
+            if with_learning {
+                chunk.learning.clear();
+                let variants = 0..bank.variants();
+                chunk.learning.extend(variants.map(|n| bank.learning(n)));
+            }
+            Ok(())
+        };
+        let mut plan = || {
+            if let Some(planned) = planned.as_mut().filter(|_| !over) {
+                planned.take(feed, most);
+            }
+        };
+        let (looked, axes) = if self.threads > 1 {
+            // Idle threads take what was put aside first: the plan, then the look.
+            let ((axes, looked), ()) = rayon::join(|| rayon::join(axes, look), plan);
+            (looked, axes)
+        } else {
+            let (looked, axes) = (look(), axes());
+            plan();
+            (looked, axes)
+        };
+        (looked, axes.map(|()| !over))
+    }
+
+    /// Makes the planned samples the chunk at work; gives the forces on the loads.
+    fn begin(&mut self) -> Result<Vec<Coords>, SimError> {
         // Endless programs end here: every other resource of a run is bounded by the chunk.
         if self.command.seconds(self.count) > self.max_duration_s {
             return Err(SimError::TooLong {
                 limit_s: self.max_duration_s,
             });
         }
-        self.feed
-            .chunk(self.chunk_samples, &mut self.samples, &mut self.segments)?;
+        let (feed, most) = (&mut self.feed, self.chunk_samples);
+        let planned = self.planned.get_or_insert_with(|| {
+            let mut first = Planned::new(feed);
+            first.take(feed, most);
+            first
+        });
+        if let Some(error) = planned.error.take() {
+            return Err(error);
+        }
         // The tracker has to know a segment before the first sample that names it.
-        for segment in self.segments.drain(..) {
+        for segment in planned.segments.drain(..) {
             self.tracker.push(segment)?;
         }
-        self.modes.clone_from(self.feed.modes());
-        // The reference lags behind the plan by the interpolator's delay: samples at rest push the
-        // last setpoints through.
-        self.over = self.samples.is_empty();
-        if self.over {
-            self.drain();
+        let chunk = &mut self.chunk;
+        std::mem::swap(&mut chunk.samples, &mut planned.samples);
+        chunk.modes.clone_from(&planned.modes);
+        chunk.outputs.go_on_from(&self.before.outputs);
+        // The reference lags behind the plan by the interpolator's delay: as many samples at rest
+        // as the slowest axis' is late push the last setpoints through.
+        chunk.over = chunk.samples.is_empty();
+        if chunk.over {
+            let rest = planned.last.map(|last| Sample {
+                velocity: Coords::ZERO,
+                acceleration: Coords::ZERO,
+                path_speed: 0.0,
+                ..last
+            });
+            let delay = self.bank.delay_ticks() as usize;
+            let late = |rest| std::iter::repeat_n(rest, delay);
+            chunk.samples.extend(rest.into_iter().flat_map(late));
         }
-        self.note_commands();
-        // Forces from the commanded motion, not from the simulated one: the same for every variant,
-        // so that methods are compared under one load.
-        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| {
-            cutting.forces(&self.samples, &self.tracker, &self.modes)
-        });
-        self.bank.run(&self.samples, &forces)?;
-        let outputs = &self.bank.outputs;
-        // Each servo tick is paired with the command that it answers to, the delay taken out.
-        self.aligner.frames(
-            &self.samples,
-            &self.modes,
-            |at| outputs.reference(at),
-            &mut self.frames,
-        );
-        Ok(!self.over)
-    }
-
-    /// Samples at rest at the end, as many as the reference is delayed by.
-    fn drain(&mut self) {
-        let rest = self.feed.last().map(|last| Sample {
-            velocity: Coords::ZERO,
-            acceleration: Coords::ZERO,
-            path_speed: 0.0,
-            ..last
-        });
-        // As many command cycles as the slowest axis' reference is late.
-        let delay = self.bank.delay_ticks() as usize;
-        self.samples.extend(
-            rest.into_iter()
-                .flat_map(|rest| std::iter::repeat_n(rest, delay)),
-        );
-    }
-
-    fn note_commands(&mut self) {
-        for sample in &self.samples {
+        self.count += chunk.samples.len() as Tick;
+        chunk.progress = Progress {
+            done_bytes: planned.bytes_done,
+            total_bytes: self.total_bytes,
+            simulated_s: self.command.seconds(self.count),
+        };
+        for sample in &chunk.samples {
             for axis in 0..self.peak_velocity.0.len() {
                 self.peak_velocity.0[axis] =
                     self.peak_velocity.0[axis].max(sample.velocity.0[axis].abs());
@@ -151,22 +308,29 @@ impl Stepper {
                 self.range[1].0[axis] = self.range[1].0[axis].max(sample.position.0[axis]);
             }
         }
-        self.count += self.samples.len() as Tick;
+        // Forces from the commanded motion, not from the simulated one: the same for every variant,
+        // so that methods are compared under one load.
+        Ok(self.cutting.as_ref().map_or(Vec::new(), |cutting| {
+            cutting.forces(&chunk.samples, &self.tracker, &chunk.modes)
+        }))
     }
 
-    /// Forgets segments that no later sample can touch; gives the first that is kept.
-    pub(crate) fn release(&mut self) -> Option<u64> {
-        let frame = self.frames.last()?;
-        self.tracker.release(frame.sample.segment, frame.sample.s)
+    /// The last chunk that was looked at: the one before that which the axes took last, or at the
+    /// end that one.
+    pub(crate) fn looked_at(&self, is_end: bool) -> &Chunk {
+        if is_end { &self.chunk } else { &self.before }
     }
 
-    /// How far it is.
-    pub(crate) fn progress(&self) -> Progress {
-        Progress {
-            done_bytes: self.feed.bytes_done(),
-            total_bytes: self.total_bytes,
-            simulated_s: self.command.seconds(self.count),
-        }
+    /// The largest parts of its limits that a motor of a variant has used, by its place among the
+    /// drives.
+    pub(crate) fn limits_used(&self, variant: usize, drive: usize) -> Option<LimitsUsed> {
+        self.monitors.get(variant)?.as_ref()?.used(drive)
+    }
+
+    /// Forgets segments that no sample behind a place can touch; gives the first that is kept.
+    pub(crate) fn release(&mut self, place: Option<(u64, f64)>) -> Option<u64> {
+        let (segment, s) = place?;
+        self.tracker.release(segment, s)
     }
 }
 
@@ -194,29 +358,29 @@ impl<'a> Ticks<'a> {
 
     /// Samples of the plan in this chunk, a command cycle each.
     pub fn samples(&self) -> &'a [Sample] {
-        &self.stepper.samples
+        &self.stepper.chunk.samples
     }
 
     /// Whether the plan is over: the samples are the last one at rest, repeated until the delayed
     /// reference has arrived.
     pub fn is_over(&self) -> bool {
-        self.stepper.over
+        self.stepper.chunk.over
     }
 
     /// The servo ticks, each with the command that it answers to.
     pub fn frames(&self) -> &'a [Frame] {
-        &self.stepper.frames
+        &self.stepper.chunk.frames
     }
 
     /// Joint positions of the loads of a variant, mm and rad.
     pub fn load(&self, variant: usize, frame: &Frame) -> Coords {
-        self.stepper.bank.outputs.load(variant, frame.servo_sample)
+        self.stepper.chunk.outputs.load(variant, frame.servo_sample)
     }
 
     /// All signals of an axis of a variant; `None` where the run keeps no trace or the machine has
     /// no such axis.
     pub fn trace(&self, variant: usize, axis: AxisId, frame: &Frame) -> Option<&'a AxisSample> {
-        let outputs = &self.stepper.bank.outputs;
+        let outputs = &self.stepper.chunk.outputs;
         let index = outputs.axes().iter().position(|info| info.id == axis)?;
         let trace = outputs.of(variant, index).trace.as_ref()?;
         trace.get(frame.servo_sample)
@@ -231,7 +395,7 @@ impl<'a> Ticks<'a> {
     /// Servo ticks since the start at which a drive of a variant was at its current or voltage
     /// limit: of the axis with most of them.
     pub fn saturated(&self, variant: usize) -> u64 {
-        let outputs = &self.stepper.bank.outputs;
+        let outputs = &self.stepper.chunk.outputs;
         (0..outputs.axes().len())
             .map(|axis| outputs.of(variant, axis).saturated_samples)
             .max()

@@ -132,6 +132,7 @@ fn answer(
     let mut told = PlanInfo::default();
     feed.tell(&mut told);
     program.warnings.extend(told.late_warning());
+    program.warnings.extend(told.shortfall_warning());
     // Tool changes and the spindle are not simulated: what they take is counted times what the
     // caller assumes.
     let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s

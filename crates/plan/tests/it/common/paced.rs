@@ -49,6 +49,16 @@ impl Plan {
 
     /// The same, given up after a number of samples.
     pub(crate) fn paced_within(&self, actions: &[(u64, Action)], most: usize) -> Vec<Sample> {
+        self.paced_held(actions, most).0
+    }
+
+    /// The same, and the most samples that the pacer held.
+    pub(crate) fn paced_held(
+        &self,
+        actions: &[(u64, Action)],
+        most: usize,
+    ) -> (Vec<Sample>, usize) {
+        let mut held = 0;
         let mut pacer = Pacer::new(&self.config).unwrap();
         let (mut out, mut plan, mut actions): (Vec<Sample>, _, _) =
             (Vec::new(), self.samples.iter(), actions.iter().peekable());
@@ -60,8 +70,9 @@ impl Plan {
                 pacer.act(actions.next().unwrap().1).unwrap();
             }
             if pacer.is_held() && actions.peek().is_none() || out.len() >= most {
-                return out;
+                return (out, held);
             }
+            held = held.max(pacer.held_samples());
             if let Some(sample) = pacer.take() {
                 assert_eq!(sample.tick, out.len() as u64);
                 out.push(sample);
@@ -70,7 +81,7 @@ impl Plan {
             match plan.next() {
                 Some(sample) => pacer.push(*sample),
                 None if pacer.finish() => {}
-                None => return out,
+                None => return (out, held),
             }
         }
     }
