@@ -96,6 +96,15 @@ impl Trust {
         }
     }
 
+    /// The half gap that is used once the other axes are ready, in its unit: 0 where there is none to
+    /// speak of, `None` while it is not known or friction does not certainly hold the load.
+    pub(super) fn known(&self, half_gap: f64) -> Option<f64> {
+        if self.nil {
+            return Some(0.0);
+        }
+        (self.own(half_gap) > 0.0).then_some(half_gap)
+    }
+
     /// Takes the least readiness of the other axes.
     pub(super) fn heed(&mut self, others: f64) {
         self.others = others.clamp(0.0, 1.0);

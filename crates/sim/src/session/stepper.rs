@@ -114,7 +114,8 @@ impl Stepper {
         let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| {
             cutting.forces(&self.samples, &self.tracker, &self.modes)
         });
-        self.bank.run(&self.samples, &forces)?;
+        self.bank
+            .run(&self.samples, &forces, (&self.tracker, &self.modes))?;
         let outputs = &self.bank.outputs;
         // Each servo tick is paired with the command that it answers to, the delay taken out.
         self.aligner.frames(
@@ -156,8 +157,15 @@ impl Stepper {
 
     /// Forgets segments that no later sample can touch; gives the first that is kept.
     pub(crate) fn release(&mut self) -> Option<u64> {
-        let frame = self.frames.last()?;
-        self.tracker.release(frame.sample.segment, frame.sample.s)
+        let frame = &self.frames.last()?.sample;
+        let oldest = self.bank.oldest_pending().map_or(frame, |pending| {
+            if pending.segment < frame.segment {
+                pending
+            } else {
+                frame
+            }
+        });
+        self.tracker.release(oldest.segment, oldest.s)
     }
 
     /// How far it is.
