@@ -8,6 +8,8 @@
 //! contact  x' = theta_M -+ b where it would be beyond, w' = w_M                    b: half gap, rad
 //! shown    x - T/k                                                                T: shaft of the gapless twin, N m
 //! ```
+//! What went before the gap became known is foreseen then, from the last seconds of motor and twin.
+//!
 //! `theta_M` is the measured motor less the correction. With the whole correction the load is that
 //! of the gapless twin as long as nothing is corrected; then it is a mass between the flanks of the
 //! measured motor, so that what a correction really does to the motor counts.
@@ -16,9 +18,16 @@ use super::lanes::slide;
 use lostmotion_base::Clock;
 use lostmotion_drive::twin::{LoadModel, Shown};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// Command cycles that are kept until somebody asks. A choice: several exchanges between axes.
 const MOST_CYCLES: usize = 256;
+/// Command cycles before the gap is known that are foreseen once it is. A choice: 4 s at 1 kHz, in which
+/// an axis comes back mostly; 96 kB.
+const PAST_CYCLES: usize = 4000;
+
+/// Part of the half gap from which on a load is on its flank: less by rounding.
+const MET_SHARE: f64 = 0.999;
 
 /// A mass between the flanks of a motor: place (rad) and speed (rad/s).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -28,9 +37,8 @@ struct Mass {
 }
 
 impl Mass {
-    /// A servo tick: to the motor's place (rad) with its speed (rad/s).
-    fn step(&mut self, motor: f64, motor_speed: f64, half_gap: f64, load: &LoadModel) {
-        let h = Clock::SERVO.period_s();
+    /// A step of `h` s: to the motor's place (rad) with its speed (rad/s).
+    fn step(&mut self, [motor, motor_speed]: [f64; 2], half_gap: f64, load: &LoadModel, h: f64) {
         let gain = -h * (load.viscous * self.speed + load.constant) / load.inertia;
         let speed = slide(self.speed, gain, h * load.coulomb / load.inertia);
         let free = self.place + h * speed;
@@ -47,7 +55,21 @@ pub(super) struct Foresee {
     masses: [Mass; 2],
     /// Servo ticks since the last command cycle began.
     tick: u32,
+    /// Cycles since the last question.
+    asked: usize,
     kept: Vec<Option<[f64; 2]>>,
+    /// What the last cycles showed while the gap was not known.
+    past: VecDeque<Past>,
+}
+
+/// A command cycle while the gap was not known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Past {
+    /// Motor less the correction, rad.
+    motor: f64,
+    /// Load of the gapless twin, and the wind-up of its shaft, rad.
+    load: f64,
+    wound: f64,
 }
 
 impl Foresee {
@@ -60,29 +82,52 @@ impl Foresee {
     }
 
     /// One servo tick: measured motor position (rad), the correction's offset (rad), the half gap (rad)
-    /// if it is known, the load, the gapless twin; `ticks` in a command cycle.
+    /// if it is known, the load if that is, the gapless twin; `ticks` in a command cycle.
     pub(super) fn step(
         &mut self,
         [motor, offset]: [f64; 2],
         known: Option<f64>,
-        load: &LoadModel,
+        (load, load_known): (&LoadModel, bool),
         twin: &Shown,
         ticks: u32,
     ) {
-        let (speed, half_gap) = (twin.motor_velocity, known.unwrap_or(0.0));
+        let (speed, half_gap, h) = (
+            twin.motor_velocity,
+            known.unwrap_or(0.0),
+            Clock::SERVO.period_s(),
+        );
+        if let Some(half_gap) = known
+            && !self.past.is_empty()
+        {
+            self.recall(half_gap, load, f64::from(ticks.max(1)) * h);
+        }
         let [without, with] = &mut self.masses;
-        without.step(motor - offset, speed, half_gap, load);
+        without.step([motor - offset, speed], half_gap, load, h);
         if offset != 0.0 {
-            with.step(motor, speed, half_gap, load);
+            with.step([motor, speed], half_gap, load, h);
         } else {
             *with = *without;
         }
         let first = self.tick == 0;
         self.tick = (self.tick + 1) % ticks.max(1);
-        if !first || self.kept.len() >= MOST_CYCLES {
+        if !first {
             return;
         }
         let wound = twin.torque / load.stiffness;
+        if known.is_none() && load_known {
+            if self.past.len() >= PAST_CYCLES {
+                self.past.pop_front();
+            }
+            self.past.push_back(Past {
+                motor: motor - offset,
+                load: twin.load_position,
+                wound,
+            });
+        }
+        if self.asked >= MOST_CYCLES {
+            return;
+        }
+        self.asked += 1;
         // a weight hangs on one flank: its place is set with the gap in it, and stays
         let hangs = load.constant.abs() > load.coulomb;
         self.kept.push(known.map(|half_gap| {
@@ -96,7 +141,38 @@ impl Foresee {
         }));
     }
 
-    /// What was foreseen since the last [`Foresee::clear`], rad: without a correction, and with it.
+    /// Foresees what went before, now that the gap is known: from the middle of the gap on, in cycles of
+    /// `period` s. While nothing was corrected the corrected load is that of the twin.
+    fn recall(&mut self, half_gap: f64, load: &LoadModel, period: f64) {
+        let hangs = load.constant.abs() > load.coulomb;
+        let mut mass = Mass {
+            place: self.past.front().map_or(0.0, |past| past.motor),
+            speed: 0.0,
+        };
+        let mut before = mass.place;
+        let mut recalled = Vec::with_capacity(self.past.len());
+        // where the load was is not known before the motor first met it
+        let mut met = false;
+        for past in self.past.drain(..) {
+            let speed = (past.motor - before) / period;
+            before = past.motor;
+            mass.step([past.motor, speed], half_gap, load, period);
+            met |= (past.motor - mass.place).abs() >= MET_SHARE * half_gap;
+            recalled.push(if half_gap <= 0.0 || hangs {
+                Some([past.load; 2])
+            } else {
+                met.then_some([mass.place - past.wound, past.load])
+            });
+        }
+        self.masses = [mass; 2];
+        // the newest are of the cycles since the last question
+        let older = self.kept.len().saturating_sub(recalled.len());
+        self.kept.truncate(older);
+        self.kept.append(&mut recalled);
+    }
+
+    /// What was foreseen since the last [`Foresee::clear`], and before it once the gap becomes known, rad:
+    /// without a correction, and with it.
     pub(super) fn kept(&self) -> &[Option<[f64; 2]>] {
         &self.kept
     }
@@ -104,6 +180,7 @@ impl Foresee {
     /// Forgets what was asked for.
     pub(super) fn clear(&mut self) {
         self.kept.clear();
+        self.asked = 0;
     }
 }
 
@@ -128,18 +205,18 @@ mod tests {
         let mut motor = 0.0;
         for _ in 0..4000 {
             motor += 0.01 * h;
-            mass.step(motor, 0.01, half_gap, &LOAD);
+            mass.step([motor, 0.01], half_gap, &LOAD, h);
         }
         assert!((mass.place - (motor - half_gap)).abs() < 1e-15);
         let turned = mass.place;
         for _ in 0..400 {
             motor -= 0.01 * h;
-            mass.step(motor, -0.01, half_gap, &LOAD);
+            mass.step([motor, -0.01], half_gap, &LOAD, h);
         }
         assert!((mass.place - turned).abs() < 1e-6);
         for _ in 0..4000 {
             motor -= 0.01 * h;
-            mass.step(motor, -0.01, half_gap, &LOAD);
+            mass.step([motor, -0.01], half_gap, &LOAD, h);
         }
         assert!((mass.place - (motor + half_gap)).abs() < 1e-15);
     }
@@ -154,7 +231,7 @@ mod tests {
             speed: 2.0,
         };
         for _ in 0..(0.05 / h) as u32 {
-            mass.step(0.0, 0.0, half_gap, &LOAD);
+            mass.step([0.0, 0.0], half_gap, &LOAD, h);
         }
         assert!((mass.place - half_gap).abs() < 1e-15);
         // half that far with a gap that is wider: w^2 J/(2 T_f)
@@ -163,8 +240,36 @@ mod tests {
             speed: 2.0,
         };
         for _ in 0..(0.05 / h) as u32 {
-            mass.step(0.0, 0.0, 0.1, &LOAD);
+            mass.step([0.0, 0.0], 0.1, &LOAD, h);
         }
         assert!((mass.place - (-0.1 + 0.02)).abs() < 3e-4, "{}", mass.place);
+    }
+
+    #[test]
+    fn what_went_before_is_foreseen_once_the_gap_is_known() {
+        let (half_gap, h) = (1e-3, Clock::SERVO.period_s());
+        let (mut early, mut late) = (Foresee::at(0.0), Foresee::at(0.0));
+        let mut motor = 0.0;
+        for tick in 0..4001_u32 {
+            let speed = if tick < 2000 { 0.01 } else { -0.01 };
+            motor += speed * h;
+            let twin = Shown {
+                motor_velocity: speed,
+                load_position: motor,
+                ..Shown::default()
+            };
+            let at = [motor, 0.0];
+            early.step(at, Some(half_gap), (&LOAD, true), &twin, 4);
+            let known = (tick == 4000).then_some(half_gap);
+            late.step(at, known, (&LOAD, true), &twin, 4);
+        }
+        // questions that nobody asked are kept up to a bound; what is recalled is of the newest
+        let (early, late) = (early.masses[0], late);
+        assert!(late.kept.len() > MOST_CYCLES);
+        let [without, with] = late.kept.last().copied().flatten().unwrap();
+        assert!((without - early.place).abs() < 1e-5 && (with - motor).abs() < 1e-15);
+        // where the load was before the motor met it is not known
+        assert_eq!(late.kept[0], None);
+        assert!(late.past.is_empty());
     }
 }

@@ -17,8 +17,8 @@
 //! 6. Consensus: the groups of the last readings that agree; of those that are large enough the one
 //!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
 //!    its crossing well hands the load that it found back to `learning`.
-//! 7. Trust: the gap is used where friction certainly holds the load, and as far as the axes that
-//!    move with it are ready (`trust`).
+//! 7. Trust: the gap is used where friction certainly holds the load, the inertia is known where it
+//!    matters, and as far as the axes that move with it are ready (`trust`).
 //! 8. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
 //!
 //! ```text
@@ -350,7 +350,7 @@ impl Adaptive {
         }
         // what explains a crossing so well knows the load behind it, too
         if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp {
-            let agrees = state.gap.count > 1
+            let agrees = state.gap.count > 0
                 && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
             state
                 .learning
@@ -501,7 +501,7 @@ impl Compensator for Adaptive {
         state.foresee.step(
             [signals.motor_position, state.crossing.traverse.now()],
             state.trust.known(state.used),
-            &state.load,
+            (&state.load, state.learning.known),
             &state.crossing.before,
             self.cycle_ticks,
         );
@@ -516,6 +516,14 @@ impl Compensator for Adaptive {
             state
                 .trust
                 .step(&signals.reference, state.crossing.side, friction);
+            let doubt = if state.learning.is_anchored() {
+                0.0
+            } else {
+                state.learning.inertia_doubt()
+            };
+            state
+                .trust
+                .weigh(&signals.reference, &state.load, doubt, state.used);
         }
         state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on

@@ -335,7 +335,9 @@ impl Bank {
     /// The oldest command that something may yet be asked of: of the segments before its own nothing
     /// is needed any more.
     pub(crate) fn oldest_pending(&self) -> Option<&Sample> {
-        self.pending.front()
+        let held = self.guards.iter().flatten().filter_map(Guard::oldest);
+        held.chain(self.pending.front())
+            .min_by_key(|sample| sample.tick)
     }
 
     /// Shows each guard what the drives of its variant have foreseen since the last exchange.
@@ -351,10 +353,19 @@ impl Bank {
                 continue;
             };
             let lanes = self.outputs.lanes_of(variant);
+            // What an axis foresees of the time before, now that it knows.
+            for (info, lane) in self.outputs.axes.iter().zip(lanes) {
+                let places = foreseen.get(*lane).copied().unwrap_or_default();
+                let before = places.len().saturating_sub(cycles);
+                guard.recall(info, &places[..before]);
+            }
+            guard.catch_up(self.command, path);
             for (sample, cycle) in self.pending.iter().zip(first..cycles) {
                 let mut pair = [sample.position; 2];
                 for (info, lane) in self.outputs.axes.iter().zip(lanes) {
-                    let places = foreseen.get(*lane).and_then(|places| places.get(cycle));
+                    let places = foreseen
+                        .get(*lane)
+                        .and_then(|places| places.get(cycle + places.len().saturating_sub(cycles)));
                     // An axis that foresees nothing counts as if it were where it has to be.
                     let Some(places) = places else { continue };
                     // What is not known is not a number.

@@ -7,12 +7,16 @@
 //! not the worse one.
 //!
 //! ```text
-//! better   rms with <= 0.7 rms without over 0.3 s in which each axis came back once    and peak with <= 1.02 peak without + 0.5 um
+//! better   rms without^2 - rms with^2 >= 0.5 rms (without - with)^2 over 0.3 s in which each axis came back once    and peak with <= peak without + 0.25 um
 //! no worse rms with <= rms without over 2 s in which each axis came back twice   and the same
 //! worse    rms with > 1.01 rms without, or peak with > 1.02 peak without + 0.5 um
 //! ```
+//! Where what a correction changes has nothing to do with the other errors, the squares differ by the
+//! square of the change: half of it is clear, also where the axes lag by far more than the gap.
+//!
 //! Without a memory nothing is corrected before it is certainly better or no worse; with one, from
-//! the start until it is worse. Only what the drives know enters: their learned loads and gaps,
+//! the start until it is worse. Axes learn their gaps one after the other, and foresee the last
+//! seconds then: commands are held until all are known. Only what the drives know enters: their learned loads and gaps,
 //! their references and motors.
 
 use super::frame::STANDSTILL_PER_S;
@@ -21,11 +25,13 @@ use crate::motion::Modes;
 use lostmotion_base::{Clock, Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourTracker, FootState};
 use lostmotion_plan::Sample;
+use std::collections::VecDeque;
 
-/// RMS with a correction over that without from which on it is clearly better, how often each axis has
-/// to come back meanwhile, and the time over which it has to be, s. A choice: three tenths are far
-/// beyond what foreseeing errs by; corners, where the peak is, come as often as an axis does.
-const CLEARLY: (f64, u32, f64) = (0.7, 1, 0.3);
+/// Part of the squares of what is changed by which the squares of the error have to be less for it to
+/// be clearly better, how often each axis has to come back meanwhile, and the time over which it has
+/// to be, s. A choice: half is far beyond what foreseeing errs by; corners, where the peak is, come
+/// as often as an axis does.
+const CLEARLY: (f64, u32, f64) = (0.5, 1, 0.3);
 /// Time over which the contour has to be no worse, s, and how often each axis has to come back. A
 /// choice: as often as on a closed figure.
 const NO_WORSE: (f64, u32) = (2.0, 2);
@@ -38,7 +44,13 @@ const STILL_S: f64 = 2.0;
 /// RMS with a correction over that without from which on it is worse. A choice: half of what counts
 /// as worse in the study.
 const WORSE_RMS: f64 = 1.01;
-/// The same of the peak, and what may be on top, mm: what counts as worse in the study.
+/// Time after which what was foreseen is forgotten while nothing was corrected yet, s; twice as long each
+/// time. A choice: loads are learned within a few reversals, and what was foreseen before was wrong.
+const PATIENCE_S: f64 = 6.0;
+/// What the peak may be more by before correcting begins, mm. A choice: half of what counts as worse.
+const BETTER_PEAK_MM: f64 = 2.5e-4;
+/// Peak with a correction over that without from which on it is worse, and what may be on top, mm: what
+/// counts as worse in the study.
 const WORSE_PEAK: (f64, f64) = (1.02, 5e-4);
 
 /// What the drives of a variant foresee, measured on the path.
@@ -46,6 +58,8 @@ const WORSE_PEAK: (f64, f64) = (1.02, 5e-4);
 pub(super) struct Guard {
     feet: [FootState; 2],
     squares: [f64; 2],
+    /// The same of the difference of both.
+    changed: f64,
     peaks: [f64; 2],
     /// Time that was measured, s.
     time_s: f64,
@@ -53,8 +67,14 @@ pub(super) struct Guard {
     turns: Vec<(f64, u32)>,
     /// By axis, for how long the others have moved since it did, s.
     still_s: Vec<f64>,
-    /// How often it had when measuring began.
-    from: Vec<u32>,
+    /// How often it did while measuring.
+    returns: Vec<u32>,
+    /// What could not be measured yet, since an axis was not known; the oldest first.
+    held: VecDeque<Held>,
+    /// Time after which what was measured is forgotten while nothing is corrected, s.
+    patience_s: f64,
+    /// Whether it ever corrected.
+    corrected: bool,
     corrects: bool,
     /// Whether it did from the start.
     from_start: bool,
@@ -65,17 +85,55 @@ pub(super) struct Guard {
 /// What an axis foresees: joint positions without a correction and with it.
 pub(super) type Pair = [Coords; 2];
 
+/// A command of the plan and what was foreseen for it.
+#[derive(Clone, Debug)]
+struct Held {
+    sample: Sample,
+    /// What is not known is not a number.
+    pair: Pair,
+    /// By axis, a bit where it came back.
+    returned: u32,
+}
+
+impl Held {
+    fn is_known(&self) -> bool {
+        self.pair[0].0.iter().all(|place| !place.is_nan())
+    }
+
+    /// A load that is not known stays where it is while its axis stands.
+    fn standing(mut self) -> Held {
+        let Sample {
+            position, velocity, ..
+        } = &self.sample;
+        for joints in &mut self.pair {
+            for ((joint, place), speed) in joints.0.iter_mut().zip(position.0).zip(velocity.0) {
+                if joint.is_nan() && speed.abs() <= STANDSTILL_PER_S {
+                    *joint = place;
+                }
+            }
+        }
+        self
+    }
+}
+
+/// Commands that are kept until all axes are known. A choice: as many as a drive recalls.
+const MOST_HELD: usize = 4000;
+
 impl Guard {
     /// Of so many axes; whether it corrects from the start.
     pub(super) fn new(axes: usize, corrects: bool) -> Guard {
         Guard {
             feet: Default::default(),
             squares: [0.0; 2],
+            changed: 0.0,
             peaks: [0.0; 2],
             time_s: 0.0,
             turns: vec![(0.0, 0); axes],
             still_s: vec![0.0; axes],
-            from: vec![0; axes],
+            returns: vec![0; axes],
+            held: VecDeque::new(),
+            patience_s: PATIENCE_S,
+            corrected: corrects,
             corrects,
             from_start: corrects,
             held_back: false,
@@ -100,7 +158,14 @@ impl Guard {
         (tracker, modes): (&ContourTracker, &Modes),
     ) {
         // what comes back counts from the start: it is of the path, not of what is foreseen
-        for ((turn, still_s), info) in self.turns.iter_mut().zip(&mut self.still_s).zip(axes) {
+        let mut returned = 0;
+        for (axis, ((turn, still_s), info)) in self
+            .turns
+            .iter_mut()
+            .zip(&mut self.still_s)
+            .zip(axes)
+            .enumerate()
+        {
             let speed = sample.velocity[info.id];
             // below it an axis stands: rounding of the planner
             let speed = if speed.abs() > STANDSTILL_PER_S {
@@ -115,6 +180,7 @@ impl Guard {
             }
             if speed * turn.0 < 0.0 {
                 turn.1 += 1;
+                returned |= 1 << axis;
             }
             if speed != 0.0 {
                 turn.0 = speed;
@@ -131,14 +197,79 @@ impl Guard {
             }
             self.held_back |= pair[0][info.id].is_nan();
         }
-        // nothing is known yet, or nothing would be changed
-        if self.held_back || pair[0] == pair[1] || sample.path_speed <= 0.0 {
+        let command = Held {
+            sample: *sample,
+            pair,
+            returned,
+        };
+        if self.held_back {
+            if self.held.len() >= MOST_HELD {
+                self.held.pop_front();
+            }
+            self.held.push_back(command);
+            return;
+        }
+        // the path is measured in its order
+        self.measure_held(clock, (tracker, modes));
+        self.measure(&command, clock, (tracker, modes));
+    }
+
+    /// Takes what an axis foresees of the last commands, now that it is known; the last is the newest.
+    pub(super) fn recall(&mut self, info: &AxisInfo, places: &[Option<[f64; 2]>]) {
+        for (held, places) in self.held.iter_mut().rev().zip(places.iter().rev()) {
+            let Some(places) = places else { continue };
+            for (joints, place) in held.pair.iter_mut().zip(places) {
+                if joints[info.id].is_nan() {
+                    joints[info.id] = place * info.units_per_rad / info.units;
+                }
+            }
+        }
+    }
+
+    /// Measures the commands that were held, if all axes are known of the newest.
+    pub(super) fn catch_up(&mut self, clock: Clock, path: (&ContourTracker, &Modes)) {
+        if self.held.back().is_some_and(Held::is_known) {
+            self.measure_held(clock, path);
+        }
+    }
+
+    /// Measures those of the held commands of which all axes are known, or stood.
+    fn measure_held(&mut self, clock: Clock, path: (&ContourTracker, &Modes)) {
+        for held in std::mem::take(&mut self.held) {
+            let held = held.standing();
+            if held.is_known() {
+                self.measure(&held, clock, path);
+            }
+        }
+    }
+
+    /// The oldest command that is held.
+    pub(super) fn oldest(&self) -> Option<&Sample> {
+        self.held.front().map(|held| &held.sample)
+    }
+
+    /// Measures what is foreseen for a command.
+    fn measure(
+        &mut self,
+        Held {
+            sample,
+            pair,
+            returned,
+        }: &Held,
+        clock: Clock,
+        (tracker, modes): (&ContourTracker, &Modes),
+    ) {
+        for (axis, returns) in self.returns.iter_mut().enumerate() {
+            *returns += (returned >> axis) & 1;
+        }
+        // nothing would be changed
+        if pair[0] == pair[1] || sample.path_speed <= 0.0 {
             return;
         }
         let modes = modes.at(sample.segment);
         let wanted = modes.tool_pose(&sample.position, &sample.tool_mm);
-        let mut errors = [0.0; 2];
-        for ((joints, foot), error) in pair.iter().zip(&mut self.feet).zip(&mut errors) {
+        let mut offs = [[0.0; 3]; 2];
+        for ((joints, foot), off) in pair.iter().zip(&mut self.feet).zip(&mut offs) {
             let pose = modes.tool_pose(joints, &sample.tool_mm);
             let input = ContourInput {
                 tick: Tick::default(),
@@ -151,25 +282,25 @@ impl Guard {
             };
             // what cannot be measured is no contour to judge by
             match tracker.measure(foot, &input) {
-                Ok(found) if !found.rapid => *error = found.distance_mm,
+                Ok(found) if !found.rapid => *off = found.off_mm,
                 _ => return,
             }
         }
-        if self.time_s == 0.0 {
-            self.from = self.turns.iter().map(|(_, count)| *count).collect();
+        let square = |off: [f64; 3]| off.iter().map(|x| x * x).sum::<f64>();
+        for (which, off) in offs.into_iter().enumerate() {
+            self.squares[which] += square(off);
+            self.peaks[which] = self.peaks[which].max(square(off).sqrt());
         }
-        for (which, error) in errors.into_iter().enumerate() {
-            self.squares[which] += error * error;
-            self.peaks[which] = self.peaks[which].max(error);
-        }
+        self.changed += square(std::array::from_fn(|i| offs[1][i] - offs[0][i]));
         self.time_s += clock.period_s();
     }
 
     /// Whether each axis came back so often since measuring began; one that never does need not.
     fn came_back(&self, times: u32) -> bool {
-        let turns = self.turns.iter().zip(&self.from);
-        let mut turns = turns.map(|((_, count), from)| count - from);
-        turns.clone().all(|count| count == 0 || count >= times) && turns.any(|count| count > 0)
+        let mut axes = self.turns.iter().zip(&self.still_s).zip(&self.returns);
+        axes.clone().all(|(((_, count), still_s), returns)| {
+            *count == 0 || *still_s > STILL_S || *returns >= times
+        }) && axes.any(|(_, returns)| *returns > 0)
     }
 
     /// Decides anew; to be asked at the same times of the motion whatever the chunks.
@@ -179,6 +310,7 @@ impl Guard {
         let seen = |times: u32, time_s: f64| self.time_s >= time_s && self.came_back(times);
         let seen_all = seen(NO_WORSE.1, NO_WORSE.0);
         if self.corrects {
+            self.corrected = true;
             let enough = if self.from_start {
                 seen_all
             } else {
@@ -188,9 +320,17 @@ impl Guard {
             self.corrects = no_worse || !enough;
             return;
         }
-        let clearly = with <= CLEARLY.0 * CLEARLY.0 * without && seen(CLEARLY.1, CLEARLY.2);
+        let clearly = without - with >= CLEARLY.0 * self.changed && seen(CLEARLY.1, CLEARLY.2);
+        let peaks = self.peaks[1] <= self.peaks[0] + BETTER_PEAK_MM;
         let no_worse = with <= without && seen_all;
         self.corrects = peaks && without > 0.0 && (clearly || no_worse);
+        // what was foreseen while the load was known less well is forgotten
+        if !self.corrects && !self.corrected && self.time_s > self.patience_s {
+            self.patience_s *= 2.0;
+            (self.time_s, self.squares, self.peaks) = (0.0, [0.0; 2], [0.0; 2]);
+            self.changed = 0.0;
+            self.returns.fill(0);
+        }
     }
 }
 
@@ -203,8 +343,10 @@ mod tests {
         let mut guard = Guard {
             squares,
             peaks,
+            changed: 1.0,
             time_s,
             turns: vec![(1.0, times), (-1.0, times), (0.0, 0)],
+            returns: vec![times, times, 0],
             ..Guard::new(3, corrects)
         };
         guard.decide();
