@@ -136,8 +136,12 @@ impl LearningState {
         self.filter.learn(mean, covariance, &units(inertia, rated));
     }
 
-    /// Takes the inertia (over that of the motor) that a reading found which agrees with others.
+    /// Takes the inertia (over that of the motor) that a reading found which agrees with others; one that
+    /// no load has is not held on to.
     pub(super) fn anchor(&mut self, inertia: f64) {
+        if !(LEAST_INERTIA..=LARGEST_INERTIA).contains(&inertia) {
+            return;
+        }
         self.anchors.rotate_right(1);
         self.anchors[0] = inertia;
     }
@@ -325,6 +329,10 @@ mod tests {
     #[test]
     fn readings_that_agree_on_the_inertia_bound_it() {
         let mut state = LearningState::new();
+        assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
+        // what no load has is not held on to
+        state.anchor(0.01);
+        state.anchor(f64::NAN);
         assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
         state.anchor(2.0);
         assert_eq!(state.anchored(), [2.0 / 1.5, 2.0 * 1.5]);
