@@ -72,7 +72,7 @@ impl TraceFormat {
 enum ContourTrace {
     Csv(ContourWriter<Rows<AtomicFile>>),
     Parquet(ContourTable<AtomicFile>),
-    Mcap(ContourMessages<AtomicFile>),
+    Mcap(Box<ContourMessages<AtomicFile>>),
 }
 
 impl ContourTrace {
@@ -82,7 +82,7 @@ impl ContourTrace {
             TraceFormat::Parquet => ContourTrace::Parquet(ContourTable::start(file, range)?),
             TraceFormat::Mcap => {
                 let topics = Topics::new(file, "contour");
-                ContourTrace::Mcap(ContourMessages::start(topics, range)?)
+                ContourTrace::Mcap(Box::new(ContourMessages::start(topics, range)?))
             }
         })
     }
@@ -108,7 +108,7 @@ impl ContourTrace {
 enum MotorTrace {
     Csv(MotorWriter<Rows<AtomicFile>>),
     Parquet(MotorTable<AtomicFile>),
-    Mcap(MotorMessages<AtomicFile>),
+    Mcap(Box<MotorMessages<AtomicFile>>),
 }
 
 impl MotorTrace {
@@ -117,7 +117,8 @@ impl MotorTrace {
             TraceFormat::Csv => MotorTrace::Csv(MotorWriter::new(file, range)),
             TraceFormat::Parquet => MotorTrace::Parquet(MotorTable::start(file, range)),
             TraceFormat::Mcap => {
-                MotorTrace::Mcap(MotorMessages::start(Topics::new(file, "motors"), range))
+                let topics = Topics::new(file, "motors");
+                MotorTrace::Mcap(Box::new(MotorMessages::start(topics, range)))
             }
         }
     }
