@@ -1,6 +1,7 @@
 //! `lostmotion plan`: the planned motion of every axis as CSV.
 
-use super::{accepted, failure};
+use super::{failure, found};
+use crate::findings::Form;
 use crate::input;
 use crate::options::machine::Cycles;
 use crate::options::part::OnMachine;
@@ -92,7 +93,10 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
             }
             other => failure(&program, &other, voice),
         })?;
-    accepted(&program, &machine, &options, voice)?;
+    // A plan has no answer that would name them.
+    if !quiet || voice.diagnostics != Form::Text {
+        found(&program, &machine, &options)?.remark(voice)?;
+    }
     writer.finish().map_err(unwritten)?.commit()?;
     if !quiet {
         output::print(&format!(

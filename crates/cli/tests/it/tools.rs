@@ -175,3 +175,25 @@ fn the_travel_counts_with_the_length_of_the_table() {
         }
     }
 }
+
+/// A plan says what is missing, too: it would be that of a tool without radius.
+#[test]
+fn a_plan_without_a_tool_table_warns() {
+    let bench = Bench::new();
+    bench.file(
+        "comp.ngc",
+        "G21 G17 G90 G54\nG0 X0 Y0\nG41 D2 G1 X20 F600\nX60\nY30\nG40 X80 Y50\nM2\n",
+    );
+    let run = |more: &[&str]| {
+        let plan = ["plan", "comp.ngc", "-o", "plan.csv"];
+        let done = bench.command(&[&plan[..], more].concat()).output().unwrap();
+        assert_eq!(done.status.code(), Some(0));
+        String::from_utf8(done.stderr).unwrap()
+    };
+    let told = run(&[]);
+    assert!(
+        told.contains("no-tool-radius") && told.contains("name a tool table"),
+        "{told}"
+    );
+    assert_eq!(run(&["-q"]), "");
+}
