@@ -180,6 +180,34 @@ pub struct Seen {
     pub load_position: f64,
 }
 
+impl AxisSample {
+    /// A plant and its state, with what a compensator answers.
+    #[inline(always)]
+    pub(crate) fn of(
+        reference: Reference,
+        plant: &Plant,
+        state: &PlantState,
+        correction: &Correction,
+    ) -> AxisSample {
+        AxisSample {
+            reference,
+            motor_position: state.motor_position(),
+            motor_velocity: state.motor_velocity,
+            load_position: state.load_position,
+            load_velocity: state.load_velocity,
+            current: state.current_q,
+            torque: plant.params().torque_constant_nm_per_a * state.current_q,
+            shaft_torque: plant.torque_on_load(state),
+            engagement: state.engagement(),
+            gap_angle_estimate: correction.gap_angle_estimate,
+            inertia_estimate: correction.inertia_estimate,
+            engagement_estimate: correction.engagement_estimate,
+            stiffness_estimate: correction.stiffness_estimate,
+            damping_estimate: correction.damping_estimate,
+        }
+    }
+}
+
 /// What runs at the rate of the current loop: the drive's fast half and the plant.
 #[derive(Debug)]
 pub struct CurrentLoop<'a> {

@@ -170,24 +170,8 @@ impl<C: Compensator> AxisSim<C> {
         out.reference
             .push(reference.position * model.units_per_motor_rad);
         if let Some(trace) = &mut out.trace {
-            let plant = &state.plant;
-            let present = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
-            trace.push(AxisSample {
-                reference,
-                motor_position: plant.motor_position(),
-                motor_velocity: plant.motor_velocity,
-                load_position: plant.load_position,
-                load_velocity: plant.load_velocity,
-                current: plant.current_q,
-                torque: model.plant.params().torque_constant_nm_per_a * plant.current_q,
-                shaft_torque: present.torque_on_load(plant),
-                engagement: plant.engagement(),
-                gap_angle_estimate: correction.gap_angle_estimate,
-                inertia_estimate: correction.inertia_estimate,
-                engagement_estimate: correction.engagement_estimate,
-                stiffness_estimate: correction.stiffness_estimate,
-                damping_estimate: correction.damping_estimate,
-            });
+            let plant = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
+            trace.push(AxisSample::of(reference, plant, &state.plant, &correction));
         }
         // last: it acts in the periods that follow
         model.servo.command(

@@ -10,6 +10,7 @@ pub mod commission;
 pub mod control;
 pub mod error;
 pub mod import;
+mod limiter;
 pub mod machine;
 mod method;
 pub mod motion;
@@ -23,6 +24,7 @@ pub mod simulation;
 pub mod time;
 
 pub use error::{SimError, SinkError, TravelExcess};
+pub use limiter::Limiter;
 pub use machine::{Machine, presets};
 pub use motion::interpreter_config;
 pub use observer::{ContourPoint, MotorPoint, Observer, Progress};

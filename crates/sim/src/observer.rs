@@ -1,6 +1,7 @@
 //! Looking on while a run goes.
 
 use crate::error::SimError;
+use crate::limiter::Limiter;
 use crate::results::{BlockResult, ReversalResult};
 use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_drive::config::AxisUnit;
@@ -30,12 +31,16 @@ pub struct ContourPoint {
     pub commanded_mm: [f64; 3],
     /// Actual tip, mm.
     pub actual_mm: [f64; 3],
-    /// Unit vector along the commanded tool, from its tip to the spindle, in the part's directions.
+    /// Unit vector along the commanded tool, from its tip to the spindle: in the part's directions
+    /// under control of the tool's centre point, in the machine's without it, as the places are.
     pub tool: [f64; 3],
     /// Whether any joint is commanded to move; the others are not judged.
     pub moving: bool,
     /// Whether the tool is on a G0 move.
     pub rapid: bool,
+    /// What keeps the commanded motion from going faster; `None` at the first command, and unless
+    /// [`Observer::wants_limiters`].
+    pub limiter: Option<Limiter>,
     /// The block.
     pub block: BlockRef,
 }
@@ -132,6 +137,11 @@ pub trait Observer: Send {
         false
     }
 
+    /// Whether points are to say what limits the motion; finding it costs time.
+    fn wants_limiters(&self) -> bool {
+        false
+    }
+
     /// Signals of all motors at all servo ticks: for each tick the motors of the axes in their
     /// order, then the second motor of a gantry. Only called if [`Observer::wants_motors`].
     fn motors(&mut self, _method: usize, _points: &[MotorPoint]) {}
@@ -192,6 +202,13 @@ impl Audience<'_> {
             .is_some_and(|observer| observer.wants_contour())
     }
 
+    /// Whether what limits the motion is wanted.
+    pub(crate) fn wants_limiters(&self) -> bool {
+        self.observer
+            .as_ref()
+            .is_some_and(|observer| observer.wants_limiters())
+    }
+
     /// Whether the signals of the motors are wanted.
     pub(crate) fn wants_motors(&self) -> bool {
         self.observer
@@ -199,7 +216,7 @@ impl Audience<'_> {
             .is_some_and(|observer| observer.wants_motors())
     }
 
-    /// Whether the what the drives know are wanted.
+    /// Whether what the drives know is wanted.
     pub(crate) fn wants_learning(&self) -> bool {
         self.observer
             .as_ref()

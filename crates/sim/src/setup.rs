@@ -2,7 +2,7 @@
 
 use crate::error::SimError;
 use crate::machine::Machine;
-use crate::options::SimulateOptions;
+use crate::options::{MAX_THREADS, SimulateOptions};
 use crate::program::Program;
 use lostmotion_kinematics::{Kinematics, TipControl};
 use std::sync::Arc;
@@ -49,5 +49,40 @@ impl<'a> Setup<'a> {
             name: self.program.name().to_owned(),
             source,
         }
+    }
+
+    /// Calls `work` with the number of threads of the run: with 1 on the caller's thread, without rayon; else inside
+    /// a pool of its own with that many (0: one per core), entered once.
+    ///
+    /// # Errors
+    /// A pool that cannot be made; what the work answers.
+    pub(crate) fn on_threads<T: Send>(
+        &self,
+        work: impl FnOnce(usize) -> Result<T, SimError> + Send,
+    ) -> Result<T, SimError> {
+        let threads = self.options.threads;
+        // Without a pool a run may itself be a job of the caller's pool, hundreds at a time.
+        if threads == 1 {
+            return work(1);
+        }
+        if threads > MAX_THREADS {
+            let why = format!("allowed are 0 (one per core) to {MAX_THREADS}");
+            return Err(SimError::Threads { threads, why });
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|why| SimError::Threads {
+            threads,
+            why: why.to_string(),
+        })?;
+        let inside = || pool.install(|| work(pool.current_num_threads()));
+        if rayon::current_thread_index().is_none() {
+            return inside();
+        }
+        // A worker of another pool that waits for this one runs further jobs of its own pool on top of
+        // its stack, each of which may do the same. A plain thread in between only waits.
+        std::thread::scope(|scope| match scope.spawn(inside).join() {
+            Ok(result) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
+        })
     }
 }

@@ -290,7 +290,7 @@ impl<'a> Simulation<'a> {
         let setup = self.setup()?;
         motion::check(&setup)?;
         let (setup, audience) = (&setup, &mut audience);
-        session::on_threads(setup.options.threads, |threads| {
+        setup.on_threads(|threads| {
             let mut variants = vec![Variant::without_gap()];
             variants.extend(choices.iter().map(Variant::with_gap));
             let kept = Kept {

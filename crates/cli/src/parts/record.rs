@@ -440,6 +440,10 @@ impl Observer for Record {
         }
     }
 
+    fn wants_limiters(&self) -> bool {
+        self.page.is_some()
+    }
+
     fn wants_motors(&self) -> bool {
         // They cost more than all else of a page: that of a folder shows them if they are there.
         let files = self.files.as_ref();

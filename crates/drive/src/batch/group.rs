@@ -7,7 +7,7 @@ use super::tick::{Command, Measure};
 use super::twins::Twins;
 use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner, Monitored};
-use crate::signal::Setpoint;
+use crate::signal::{Correction, Setpoint};
 use pulp::Arch;
 
 /// Up to [`WIDTH`] axes with the same number of servo ticks in a command cycle and of current
@@ -20,6 +20,9 @@ pub(super) struct Group {
     twins: Box<Twins>,
     arch: Arch,
     marks: Marks,
+    /// What the compensators of traced lanes answered last; those that are never asked make no
+    /// estimates.
+    corrections: [Correction; WIDTH],
 }
 
 /// What is done with each lane.
@@ -47,6 +50,7 @@ impl Group {
             twins: Box::default(),
             arch: Arch::new(),
             marks: Marks::default(),
+            corrections: [Correction::NONE; WIDTH],
         }
     }
 
@@ -144,8 +148,7 @@ impl Group {
             // a drifting plant has new numbers at every setpoint, the others once in a push
             if !described[lane] || axis.drifting {
                 marks.active[lane] = lanes.describe(lane, &axis);
-                // a trace shows the whole state at every tick, which the lanes do not keep
-                let plain = marks.active[lane] && !axis.drifting && output.trace.is_none();
+                let plain = marks.active[lane] && !axis.drifting;
                 marks.resident[lane] = plain && lanes.settle(lane, &axis);
                 marks.asked[lane] = marks.resident[lane] && !axis.passive;
                 described[lane] = true;
@@ -166,6 +169,7 @@ impl Group {
             twins,
             arch,
             marks,
+            corrections,
             ..
         } = self;
         let (lanes, resident) = (&mut **lanes, marks.resident);
@@ -193,6 +197,16 @@ impl Group {
             {
                 let correction = axis.finish_compensation(index, &lanes.seen(lane));
                 lanes.loops.correct(lane, &correction);
+                if outputs[lane].trace.is_some() {
+                    corrections[lane] = correction;
+                }
+            }
+        }
+        // a sample shows the axis before this tick's command has any effect
+        for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
+            if let Some(trace) = output.trace.as_mut().filter(|_| resident[lane]) {
+                let (fast, correction) = (axis.current_loop(), &corrections[lane]);
+                trace.push(lanes.sample(lane, index as usize, &fast, correction));
             }
         }
         // position and velocity loops together

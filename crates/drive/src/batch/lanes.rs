@@ -1,9 +1,9 @@
 //! The numbers of a group of axes, quantity by quantity.
 
-use crate::plant::{Electric, Lane};
+use crate::plant::{Electric, Lane, PlantState};
 use crate::runner::{CurrentLoop, Monitored, Seen};
 use crate::servo::{CurrentNumbers, TickNumbers};
-use crate::signal::Correction;
+use crate::signal::{AxisSample, Correction};
 
 /// Axes in a group: two of the widest vectors, so that the processor has something to do while one
 /// waits for its own results.
@@ -210,6 +210,30 @@ impl Lanes {
             saturated: drive.saturated.0[lane] > 0.0,
             load_position: s.position.0[lane],
         }
+    }
+
+    /// All signals of a resident lane at a servo tick, with what its compensator answers.
+    #[inline(always)]
+    pub(super) fn sample(
+        &self,
+        lane: usize,
+        index: usize,
+        axis: &CurrentLoop<'_>,
+        correction: &Correction,
+    ) -> AxisSample {
+        let s = &self.states;
+        // the mode is the axis' own: events are taken by itself
+        let state = PlantState {
+            current_q: s.current_q.0[lane],
+            current_d: s.current_d.0[lane],
+            gap_angle: s.gap_angle.0[lane],
+            motor_velocity: s.motor.0[lane],
+            load_velocity: s.load.0[lane],
+            load_position: s.position.0[lane],
+            ..*axis.plant_state
+        };
+        let reference = axis.references.get(index).copied().unwrap_or_default();
+        AxisSample::of(reference, axis.plant, &state, correction)
     }
 
     /// What the control of a resident lane watches at the end of a setpoint, with the lane's own

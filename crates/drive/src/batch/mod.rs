@@ -7,9 +7,8 @@
 //! the last bit. A lane in whose period something happens that is not a product with a table (a
 //! contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that
 //! period by itself, as a single axis does. Measuring, position and velocity loop are vectors, too
-//! (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes
-//! neither drift nor keep a trace; the others do them lane by lane, and so do
-//! all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
+//! (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes do not
+//! drift; the others do them lane by lane, and so do all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
 //! on the threads of the rayon pool in force if more than one is asked for.
 
 mod group;

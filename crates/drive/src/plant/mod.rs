@@ -107,6 +107,7 @@ impl Plant {
     }
 
     /// Torque of the shaft on the load, N m; on worn flanks their incline is in it.
+    #[inline]
     pub fn torque_on_load(&self, state: &PlantState) -> f64 {
         self.params.contact_torques(state)[1]
     }

@@ -160,6 +160,7 @@ impl PlantState {
     }
 
     /// Which flank is in contact.
+    #[inline]
     pub fn engagement(&self) -> Engagement {
         self.mode.contact.engagement(self.gap_angle)
     }
@@ -197,6 +198,7 @@ impl PlantParams {
     }
 
     /// Torques of the contact, N m: against the motor, and on the load.
+    #[inline]
     pub(super) fn contact_torques(&self, state: &PlantState) -> [f64; 2] {
         let [depth, closing, lever] = self.penetration(state);
         let (k, d) = self.shaft(state.mode.contact.coupling());

@@ -145,6 +145,19 @@ impl Chain {
         self.direction(&joints.0, self.axis_at_zero())
     }
 
+    /// From the tip to the spindle in the machine's frame, unit length: what the joints of the head
+    /// turn, whatever those of the table do.
+    pub fn head_axis(&self, joints: &Coords) -> [f64; 3] {
+        let of_head = |joint: &&ChainJoint| joint.side == Side::Head;
+        self.joints
+            .iter()
+            .rev()
+            .filter(of_head)
+            .fold(self.axis_at_zero(), |v, joint| {
+                joint.carry_direction(v, joints[joint.axis])
+            })
+    }
+
     /// What each joint does to the tip and to directions for a unit of its position: (velocity of
     /// the tip, angular velocity), the columns of the geometric Jacobian in the workpiece's frame,
     /// in the order of [`Chain::joints`].

@@ -48,8 +48,7 @@ fn batched(
     outputs
 }
 
-/// Lanes with a trace have their servo tick to themselves, lanes without one in vectors: each, and
-/// both among each other.
+/// Lanes with a trace, lanes without one, and both among each other.
 fn assert_same(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize) {
     same(axes, points, chunk, |_| true);
     same(axes, points, chunk, |_| false);
@@ -82,15 +81,26 @@ fn same(
         );
         assert_eq!(alone.monitored.len(), points.len());
         assert_eq!(alone.monitored, batched.monitored, "{method}");
-        let bits = |out: &AxisOutput| -> Vec<[u64; 5]> {
+        let bits = |out: &AxisOutput| -> Vec<[u64; 16]> {
             let all = out.trace.iter().flatten();
             all.map(|s| {
                 [
+                    s.reference.position,
+                    s.reference.velocity,
+                    s.reference.acceleration,
                     s.motor_position,
                     s.motor_velocity,
+                    s.load_position,
                     s.load_velocity,
                     s.current,
+                    s.torque,
+                    s.shaft_torque,
+                    s.engagement.sign().into(),
                     s.gap_angle_estimate,
+                    s.inertia_estimate,
+                    s.engagement_estimate.sign().into(),
+                    s.stiffness_estimate,
+                    s.damping_estimate,
                 ]
                 .map(f64::to_bits)
             })

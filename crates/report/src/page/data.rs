@@ -5,11 +5,11 @@ use super::circles::FullCircle;
 use super::path::Path;
 use super::places::Place;
 use super::record::{Gathered, Motor, SIGNALS, Watched};
-use super::series::Envelope;
+use super::series::{Envelope, Limits};
 use crate::number::{fixed, round_to};
 use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{BlockResult, MethodResult, ReversalResult, Run};
-use lostmotion_sim::{Machine, Program};
+use lostmotion_sim::{Limiter, Machine, Program};
 use serde_json::{Value, json};
 use std::io::{self, BufRead};
 
@@ -134,6 +134,37 @@ fn ends(series: &Envelope, signal: usize) -> Value {
     json!({ "low": of(0), "high": of(1) })
 }
 
+/// What limits the motion over time: for each limiter that there is its part of the whole and of each
+/// part of the time, largest first. Its number is its index.
+fn limits(limits: &Limits) -> Value {
+    let mut found: Vec<(Limiter, f64)> = Limiter::ALL
+        .into_iter()
+        .map(|limiter| (limiter, limits.share(limiter)))
+        .filter(|(_, share)| *share > 0.0)
+        .collect();
+    found.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let every = found.into_iter().map(|(limiter, share)| {
+        let bytes: Vec<u8> = limits
+            .shares(limiter)
+            .map(|share| (share * 255.0).round() as u8)
+            .collect();
+        json!({
+            "limiter": limiter.index(),
+            "name": limiter.to_string(),
+            "share": round_to(share, 5),
+            "parts": base64(&bytes),
+        })
+    });
+    json!({
+        "n": limits.len(),
+        "ticks": limits.group(),
+        "every": every.collect::<Vec<_>>(),
+    })
+}
+
+/// Number of a stretch without a limiter.
+const NO_LIMITER: u8 = u8::MAX;
+
 fn path(path: &Path) -> Value {
     let stretches = &path.stretches;
     let mut low = [f32::INFINITY; 3];
@@ -146,7 +177,7 @@ fn path(path: &Path) -> Value {
     }
     let step = [0, 1, 2].map(|axis| ((high[axis] - low[axis]) / 65_535.0).max(1e-9));
     let (mut places, mut normals, mut times, mut kinds) = (vec![], vec![], vec![], vec![]);
-    let mut tools = Vec::new();
+    let (mut tools, mut limiters) = (Vec::new(), Vec::new());
     // Below any servo cycle, and coarser only where 12 hours would not fit.
     let end = stretches.last().map_or(0.0, |stretch| stretch.time_s);
     let time_step = (end / f64::from(u32::MAX)).max(1e-5);
@@ -162,6 +193,8 @@ fn path(path: &Path) -> Value {
             }
         }
         times.extend_from_slice(&((stretch.time_s / time_step).round() as u32).to_le_bytes());
+        let limiter = stretch.limiter.limiter;
+        limiters.push(limiter.map_or(NO_LIMITER, |limiter| limiter.index() as u8));
         kinds.push(u8::from(stretch.rapid) | u8::from(stretch.broken) << 1);
         let at = [u64::from(stretch.file), u64::from(stretch.line)];
         if runs.last().is_none_or(|run| run[..2] != at) {
@@ -189,6 +222,7 @@ fn path(path: &Path) -> Value {
         "t": base64(&times),
         "time_step": time_step,
         "kind": base64(&kinds),
+        "limiter": base64(&limiters),
         "speed": packed((0..stretches.len()).map(|index| path.speed_mm_s(index))),
         "lines": runs,
         "error": path.peaks.iter().map(|peaks| packed(peaks.iter().copied())).collect::<Vec<_>>(),
@@ -353,6 +387,7 @@ pub(super) fn data(
         "signals": signals,
         "methods": methods,
         "path": path(&record.path),
+        "limits": limits(&record.limits),
         "files": run.program.files.iter().map(|name| clean(name)).collect::<Vec<_>>(),
         "lines": run.program.lines,
         "source": source.lines.iter().map(|lines| json!([lines.from, lines.text])).collect::<Vec<_>>(),

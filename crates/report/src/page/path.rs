@@ -1,7 +1,7 @@
 //! The path of the tool for a page: stretches of the command, each with the largest error of every
 //! method on it, in bounded memory for programs of any length.
 
-use lostmotion_sim::ContourPoint;
+use lostmotion_sim::{ContourPoint, Limiter};
 
 /// A jump of the commanded tip within one servo tick that no machine makes, mm: the zero of the
 /// program has changed. A choice: 20 m/s at 4 kHz.
@@ -36,8 +36,34 @@ pub(super) struct Stretch {
     pub(super) line: u32,
     /// Whether it is part of a G0 move.
     pub(super) rapid: bool,
+    /// What keeps the motion from going faster for most of it.
+    pub(super) limiter: Limiting,
     /// Whether no line leads to it from the stretch before.
     pub(super) broken: bool,
+}
+
+/// A limiter, and by how many ticks it leads the others: if one has more than half of all it is the
+/// one (the majority vote of Boyer and Moore), else it is one of those that come often.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Limiting {
+    pub(super) limiter: Option<Limiter>,
+    lead: u32,
+}
+
+impl Limiting {
+    /// Takes another for some ticks.
+    fn add(&mut self, other: Limiting) {
+        if self.limiter == other.limiter {
+            self.lead = self.lead.saturating_add(other.lead);
+        } else if self.lead >= other.lead {
+            self.lead -= other.lead;
+        } else {
+            *self = Limiting {
+                lead: other.lead - self.lead,
+                ..other
+            };
+        }
+    }
 }
 
 /// Where a method is in the list of stretches.
@@ -135,12 +161,19 @@ impl PathRecorder {
                 && (last.file, last.line) == (file, line)
                 && self.seen - last.tick < self.group
         };
+        let limiting = Limiting {
+            limiter: point.limiter,
+            lead: 1,
+        };
         match self.stretches.last_mut() {
             // The way to this tick belongs to the stretch before, whether it ends here or not.
             Some(last) if !broken => last.length_mm += way as f32,
             _ => {}
         }
-        if !self.stretches.last().is_some_and(goes_on) {
+        let goes_on = self.stretches.last().is_some_and(goes_on);
+        if let Some(last) = self.stretches.last_mut().filter(|_| goes_on) {
+            last.limiter.add(limiting);
+        } else {
             if self.stretches.len() >= 2 * self.capacity {
                 self.shrink(self.capacity);
             }
@@ -154,6 +187,7 @@ impl PathRecorder {
                 file,
                 line,
                 rapid: point.rapid,
+                limiter: limiting,
                 broken,
             });
             for peaks in &mut self.peaks {
@@ -194,7 +228,10 @@ impl PathRecorder {
                 .get(index + 1)
                 .map_or(self.seen, |next| next.tick);
             match kept.last_mut() {
-                Some(last) if may(last, stretch, index, end) => last.length_mm += stretch.length_mm,
+                Some(last) if may(last, stretch, index, end) => {
+                    last.length_mm += stretch.length_mm;
+                    last.limiter.add(stretch.limiter);
+                }
                 _ => kept.push(*stretch),
             }
             into.push(kept.len() - 1);
@@ -360,6 +397,28 @@ fn off_line(place: &[f32; 3], from: &[f32; 3], to: &[f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_limits_more_than_half_of_a_stretch_limits_it() {
+        let one = |limiter| Limiting { limiter, lead: 1 };
+        for count in 1..60_u64 {
+            let of = |tick: u64| match tick * 37 % 11 {
+                0..6 => Some(Limiter::Feed),
+                6..9 => Some(Limiter::Tolerance),
+                _ => None,
+            };
+            // Joined in an order that has nothing to do with the ticks.
+            let mut parts: Vec<Limiting> = (0..count).map(|tick| one(of(tick))).collect();
+            while parts.len() > 1 {
+                let last = parts.swap_remove(parts.len() / 2);
+                parts[0].add(last);
+            }
+            let feeds = (0..count).filter(|tick| of(*tick) == Some(Limiter::Feed));
+            if 2 * feeds.count() as u64 > count {
+                assert_eq!(parts[0].limiter, Some(Limiter::Feed), "{count}");
+            }
+        }
+    }
 
     #[test]
     fn a_place_beyond_the_end_is_as_far_as_from_the_end() {

@@ -4,7 +4,7 @@ use super::circles::{CircleRecorder, FullCircle};
 use super::path::{Path, PathRecorder};
 use super::places::{Place, PlaceRecorder};
 use super::rests::{RestRecorder, ReversalValue};
-use super::series::{Envelope, Histogram};
+use super::series::{Envelope, Histogram, Limits};
 use lostmotion_base::AxisId;
 use lostmotion_drive::Learning;
 use lostmotion_drive::config::AxisUnit;
@@ -14,7 +14,7 @@ use lostmotion_sim::{ContourPoint, MotorPoint, Observer};
 /// Room for the path in a page, bytes: with everything else it stays below 5 MB.
 const PATH_BYTES: usize = 2_800_000;
 /// Bytes of a stretch of the path, packed, and of each method's error on it.
-const STRETCH_BYTES: usize = 18;
+const STRETCH_BYTES: usize = 19;
 const ERROR_BYTES: usize = 2;
 /// Bytes of the tool's direction, of a machine that turns it.
 const TOOL_BYTES: usize = 3;
@@ -70,6 +70,8 @@ struct Watch {
     places: PlaceRecorder,
     circles: CircleRecorder,
     motors: Vec<Motor>,
+    /// Ticks so far.
+    ticks: u64,
 }
 
 /// Gathers what a page shows while a run goes on, in memory that does not grow with the program.
@@ -92,6 +94,8 @@ struct Watch {
 pub struct PageRecorder {
     path: PathRecorder,
     methods: Vec<Watch>,
+    /// What limits the motion, which all methods share.
+    limits: Limits,
     parts: usize,
     /// Time between two ticks, s; 0 until two are known.
     tick_s: f64,
@@ -114,17 +118,20 @@ impl PageRecorder {
             places: PlaceRecorder::default(),
             circles: CircleRecorder::default(),
             motors: Vec::new(),
+            ticks: 0,
         };
         PageRecorder {
             path: PathRecorder::new(methods, MOST_STRETCHES),
             methods: vec![watch; methods],
+            limits: Limits::new(MOST_PARTS),
             parts,
             tick_s: 0.0,
         }
     }
 
     /// What was gathered of the run that it observed.
-    pub fn finish(self, run: &Run) -> Gathered {
+    pub fn finish(mut self, run: &Run) -> Gathered {
+        self.limits.fit(MOST_PARTS);
         let tick_s = self.tick_s;
         // Errors that differ by less look alike.
         let flat_um = FLAT_SHARE * run.tolerance_um;
@@ -135,6 +142,7 @@ impl PageRecorder {
         Gathered {
             path: self.path.finish(flat_um as f32, stretches),
             tick_s,
+            limits: self.limits,
             methods: self
                 .methods
                 .into_iter()
@@ -164,6 +172,7 @@ pub struct Gathered {
     pub(super) path: Path,
     /// Time between two ticks, s.
     pub(super) tick_s: f64,
+    pub(super) limits: Limits,
     pub(super) methods: Vec<Watched>,
 }
 
@@ -197,11 +206,20 @@ impl Observer for PageRecorder {
         for point in points {
             let cuts = point.moving && !point.rapid;
             let error = if cuts { point.error_um } else { f64::NAN };
-            watch.error.push(std::iter::once(error as f32));
+            watch.error.push(&[error as f32]);
             watch.histogram.push(error);
             watch.places.push(point);
             watch.circles.push(point);
+            // The command is the same for all methods: whoever is farthest tells what limits it.
+            if watch.ticks == self.limits.ticks() {
+                self.limits.push(point.limiter);
+            }
+            watch.ticks += 1;
         }
+    }
+
+    fn wants_limiters(&self) -> bool {
+        true
     }
 
     fn wants_motors(&self) -> bool {
@@ -254,9 +272,7 @@ impl Observer for PageRecorder {
                     point.motor,
                     point.load,
                 ];
-                motor
-                    .series
-                    .push(values.into_iter().map(|value| value as f32));
+                motor.series.push(&values.map(|value| value as f32));
             }
         }
     }

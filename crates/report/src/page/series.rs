@@ -1,5 +1,7 @@
-//! Signals over time as the smallest and largest value of equal parts of it, and how often an error
-//! comes, both in bounded memory.
+//! Signals over time as the smallest and largest value of equal parts of it, what limits the motion in
+//! such parts, and how often an error comes, all in bounded memory.
+
+use lostmotion_sim::Limiter;
 
 /// Smallest and largest value of several signals in equal parts of the time. No peak is lost: parts
 /// begin with one tick and double whenever the memory is full.
@@ -35,7 +37,7 @@ impl Envelope {
     }
 
     /// Takes the values of a tick; NaN is no value.
-    pub(super) fn push(&mut self, values: impl Iterator<Item = f32>) {
+    pub(super) fn push(&mut self, values: &[f32]) {
         if self.filled >= self.group || self.low.is_empty() {
             if self.len() >= 2 * self.capacity {
                 self.halve();
@@ -50,7 +52,7 @@ impl Envelope {
         }
         let from = self.low.len() - self.signals;
         let (low, high) = (&mut self.low[from..], &mut self.high[from..]);
-        for ((low, high), value) in low.iter_mut().zip(high).zip(values) {
+        for ((low, high), value) in low.iter_mut().zip(high).zip(values.iter().copied()) {
             // A comparison with NaN is false: it changes nothing.
             *low = if value < *low { value } else { *low };
             *high = if value > *high { value } else { *high };
@@ -106,6 +108,102 @@ impl Envelope {
                 true => [*low, *high],
                 false => [f32::NAN; 2],
             })
+    }
+}
+
+/// What keeps the motion from going faster in equal parts of the time: parts begin with one tick and
+/// double whenever the memory is full.
+#[derive(Clone, Debug)]
+pub(super) struct Limits {
+    capacity: usize,
+    /// Ticks of a part.
+    group: u64,
+    /// Ticks so far.
+    ticks: u64,
+    /// Ticks of each part that each limiter has, by its index.
+    counts: Vec<[u32; Limiter::COUNT]>,
+}
+
+impl Limits {
+    /// Holding at most `2 * capacity` parts.
+    pub(super) fn new(capacity: usize) -> Limits {
+        Limits {
+            capacity: capacity.max(2),
+            group: 1,
+            ticks: 0,
+            counts: Vec::new(),
+        }
+    }
+
+    /// Ticks so far.
+    pub(super) const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Takes what limits a tick.
+    pub(super) fn push(&mut self, limiter: Option<Limiter>) {
+        if self.ticks.is_multiple_of(self.group) {
+            if self.counts.len() >= 2 * self.capacity {
+                self.halve();
+            }
+            // After halving, the last part has room again if its partner is missing.
+            if self.ticks.is_multiple_of(self.group) {
+                self.counts.push([0; Limiter::COUNT]);
+            }
+        }
+        let count = self.counts.last_mut().zip(limiter);
+        if let Some(count) = count.and_then(|(part, limiter)| part.get_mut(limiter.index())) {
+            *count += 1;
+        }
+        self.ticks += 1;
+    }
+
+    /// Two neighbouring parts become one.
+    fn halve(&mut self) {
+        let joined = self.counts.chunks(2).map(|parts| {
+            let mut sum = [0; Limiter::COUNT];
+            for part in parts {
+                for (sum, count) in sum.iter_mut().zip(part) {
+                    *sum += count;
+                }
+            }
+            sum
+        });
+        self.counts = joined.collect();
+        self.group *= 2;
+    }
+
+    /// Halves until at most `limit` parts are left.
+    pub(super) fn fit(&mut self, limit: usize) {
+        while self.counts.len() > limit.max(1) {
+            self.halve();
+        }
+    }
+
+    /// Ticks of a part.
+    pub(super) const fn group(&self) -> u64 {
+        self.group
+    }
+
+    /// Parts.
+    pub(super) fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// Part of the whole time that a limiter has, 0 to 1.
+    pub(super) fn share(&self, limiter: Limiter) -> f64 {
+        let of = |part: &[u32; Limiter::COUNT]| u64::from(part[limiter.index()]);
+        self.counts.iter().map(of).sum::<u64>() as f64 / self.ticks.max(1) as f64
+    }
+
+    /// Part of each part that a limiter has, 0 to 1; the last part may be shorter than others.
+    pub(super) fn shares(&self, limiter: Limiter) -> impl Iterator<Item = f64> + '_ {
+        self.counts.iter().enumerate().map(move |(index, part)| {
+            let ticks = self
+                .group
+                .min(self.ticks.saturating_sub(index as u64 * self.group));
+            f64::from(part[limiter.index()]) / ticks.max(1) as f64
+        })
     }
 }
 
@@ -171,7 +269,7 @@ mod tests {
         for ticks in [1, 7, 64, 65, 1000, 4097] {
             let mut envelope = Envelope::new(2, 16);
             for tick in 0..ticks {
-                envelope.push([value(tick), f32::NAN].into_iter());
+                envelope.push(&[value(tick), f32::NAN]);
                 assert!(envelope.len() <= 32);
             }
             envelope.fit(20);
@@ -191,6 +289,38 @@ mod tests {
                     .signal(1)
                     .all(|[low, high]| low.is_nan() && high.is_nan())
             );
+        }
+    }
+
+    #[test]
+    fn limits_are_counted_in_their_parts() {
+        let of = |tick: u64| match tick * 7919 % 5 {
+            0 => None,
+            1 => Some(Limiter::Tolerance),
+            _ => Some(Limiter::Feed),
+        };
+        for ticks in [1, 7, 64, 65, 1000, 4097] {
+            let mut limits = Limits::new(16);
+            for tick in 0..ticks {
+                limits.push(of(tick));
+                assert!(limits.len() <= 32);
+            }
+            limits.fit(20);
+            let group = limits.group();
+            assert_eq!(limits.ticks(), ticks);
+            assert_eq!(limits.len() as u64, ticks.div_ceil(group));
+            for limiter in [Limiter::Feed, Limiter::Tolerance, Limiter::Chord] {
+                let share = |from: u64, to: u64| {
+                    let has = (from..to).filter(|tick| of(*tick) == Some(limiter));
+                    has.count() as f64 / (to - from) as f64
+                };
+                assert!((limits.share(limiter) - share(0, ticks)).abs() < 1e-12);
+                for (part, found) in limits.shares(limiter).enumerate() {
+                    let from = part as u64 * group;
+                    let expected = share(from, (from + group).min(ticks));
+                    assert!((found - expected).abs() < 1e-12, "{ticks} {part}");
+                }
+            }
         }
     }
 

@@ -16,6 +16,7 @@ mod findings;
 mod json;
 mod page;
 mod page_axes;
+mod page_limits;
 mod runs;
 mod still;
 mod svg;

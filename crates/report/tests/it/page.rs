@@ -42,6 +42,10 @@ impl Observer for All {
         self.points[method].extend(points);
     }
 
+    fn wants_limiters(&self) -> bool {
+        self.page.wants_limiters()
+    }
+
     fn wants_motors(&self) -> bool {
         true
     }

@@ -350,12 +350,27 @@ impl Modes {
 
     /// That of a segment.
     pub(crate) fn at(&self, segment: u64) -> &dyn Kinematics {
+        self.kinematics(self.is_tip(segment)).as_ref()
+    }
+
+    /// Whether the coordinates of a segment are the tip's.
+    fn is_tip(&self, segment: u64) -> bool {
         // The last change at or before the segment holds; there are few changes and many look-ups.
         let after = self.changes.partition_point(|(first, _)| *first <= segment);
-        let tip = after
+        after
             .checked_sub(1)
             .and_then(|index| self.changes.get(index))
-            .is_none_or(|(_, tip)| *tip);
-        self.kinematics(tip).as_ref()
+            .is_none_or(|(_, tip)| *tip)
+    }
+
+    /// From the tip to the spindle, unit length, in the frame of a segment's coordinates: the part's
+    /// under control of the tip (`axis` is that), the machine's without it.
+    pub(crate) fn tool_axis(&self, segment: u64, joints: &Coords, axis: [f64; 3]) -> [f64; 3] {
+        if self.is_tip(segment) {
+            return axis;
+        }
+        self.tip
+            .chain()
+            .map_or(axis, |chain| chain.head_axis(joints))
     }
 }

@@ -1,6 +1,7 @@
 //! One servo tick as every variant sees it: the command, and what the command itself and the
 //! machine without a gap make of it.
 
+use crate::limiter::Limiter;
 use crate::motion::Modes;
 use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourSample};
@@ -18,6 +19,8 @@ pub struct Frame {
     pub tick: Tick,
     /// Sample of the plan at or before it.
     pub sample: Sample,
+    /// What limits the motion up to that sample; `None` where nobody asks.
+    pub(crate) limiter: Option<Limiter>,
     /// Whether it is the first servo tick of that sample.
     pub is_command_tick: bool,
     /// Whether any joint is commanded to move.
@@ -54,7 +57,7 @@ pub(crate) struct Aligner {
     delay_ticks: u64,
     servo_per_cnc: u64,
     /// The last `delay_ticks` samples of the chunks before.
-    past: VecDeque<Sample>,
+    past: VecDeque<(Sample, Option<Limiter>)>,
     /// CNC samples in all chunks before.
     done: u64,
 }
@@ -70,16 +73,17 @@ impl Aligner {
     }
 
     /// The frames of a chunk, without the errors of command and machine without a gap. Servo
-    /// samples before the first command are left out.
+    /// samples before the first command are left out. Limiters come with the samples, or not at all.
     pub(crate) fn frames(
         &mut self,
-        samples: &[Sample],
+        (samples, limiters): (&[Sample], &[Option<Limiter>]),
         modes: &Modes,
         reference: impl Fn(usize) -> Coords,
         frames: &mut Vec<Frame>,
     ) {
         frames.clear();
         let held = self.past.len() as u64;
+        let at = |index: usize| (samples[index], limiters.get(index).copied().flatten());
         for servo_sample in 0..samples.len() as u64 * self.servo_per_cnc {
             // The servo sample shows the axis under the command of `delay_ticks` command cycles
             // before, which may lie in the chunk before.
@@ -93,8 +97,8 @@ impl Aligner {
             // Index counted from the oldest sample held back: below `held` it lies in an earlier
             // chunk.
             let from_oldest = commanded + held - self.done;
-            let sample = match from_oldest.checked_sub(held) {
-                Some(index) => samples[index as usize],
+            let (sample, limiter) = match from_oldest.checked_sub(held) {
+                Some(index) => at(index as usize),
                 None => self.past[from_oldest as usize],
             };
             let joints = reference(servo_sample as usize);
@@ -102,6 +106,7 @@ impl Aligner {
                 servo_sample: servo_sample as usize,
                 tick: commanded * self.servo_per_cnc + part,
                 sample,
+                limiter,
                 is_command_tick: part == 0,
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL_PER_S),
                 pose: modes.at(sample.segment).tool_pose(&joints, &sample.tool_mm),
@@ -111,14 +116,10 @@ impl Aligner {
             });
         }
         // The last samples of this chunk are answered by ticks of the next one.
-        self.keep(samples);
-    }
-
-    fn keep(&mut self, samples: &[Sample]) {
         self.done += samples.len() as u64;
         let delay = self.delay_ticks as usize;
         let from = samples.len().saturating_sub(delay);
-        self.past.extend(&samples[from..]);
+        self.past.extend((from..samples.len()).map(at));
         // A chunk shorter than the delay leaves samples of the one before in use.
         while self.past.len() > delay {
             self.past.pop_front();

@@ -27,7 +27,6 @@ mod stepper;
 pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
-pub(crate) use run::on_threads;
 pub(crate) use stepper::{Kept, Stepper};
 pub use stepper::{TickSink, Ticks};
 

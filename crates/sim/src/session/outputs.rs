@@ -151,45 +151,51 @@ impl Outputs {
         )
     }
 
-    /// Signals of all motors of a variant at a servo sample of the last chunk; none where the lanes
-    /// keep no trace.
+    /// Signals of all motors of a variant at servo samples of the last chunk, with their times, sample
+    /// by sample; none where the lanes keep no trace.
     pub(crate) fn motors(
         &self,
         variant: usize,
-        servo_sample: usize,
-        time_s: f64,
-    ) -> impl Iterator<Item = MotorPoint> {
+        samples: impl Iterator<Item = (usize, f64)>,
+    ) -> Vec<MotorPoint> {
         // The second motor of a gantry has its axis' unit and, as its lane, the place behind all
         // axes; its transmission may be its own.
         let second = self.layout.gantry.as_ref().and_then(|beam| {
             let per_rad = 1.0 / beam.gantry.second.transmission.motor_rad_per_unit();
-            Some((
-                self.layout.axes.get(beam.axis)?,
-                per_rad,
-                self.layout.axes.len(),
-                true,
-            ))
+            let info = self.layout.axes.get(beam.axis)?;
+            Some((info, per_rad, self.layout.axes.len(), true))
         });
         let firsts = self.layout.axes.iter().enumerate();
         let firsts = firsts.map(|(index, info)| (info, info.units_per_rad, index, false));
-        firsts
+        let motors: Vec<_> = firsts
             .chain(second)
-            .filter_map(move |(info, per_rad, place, second)| {
+            .filter_map(|(info, per_rad, place, second)| {
                 let lane = self.lane(variant, place);
-                let sample = self.lanes[lane].trace.as_ref()?.get(servo_sample)?;
-                Some(MotorPoint {
+                let trace = self.lanes[lane].trace.as_ref()?;
+                Some((info, per_rad, second, trace, self.layout.datums[lane]))
+            })
+            .collect();
+        let mut points = Vec::with_capacity(samples.size_hint().0 * motors.len());
+        for (servo_sample, time_s) in samples {
+            for (info, per_rad, second, trace, datum) in &motors {
+                let Some(sample) = trace.get(servo_sample) else {
+                    continue;
+                };
+                points.push(MotorPoint {
                     time_s,
                     axis: info.id,
-                    second,
+                    second: *second,
                     unit: info.unit,
                     reference: sample.reference.position * per_rad,
                     motor: sample.motor_position * per_rad,
-                    load: sample.load_position * per_rad - self.layout.datums[lane],
+                    load: sample.load_position * per_rad - datum,
                     current_a: sample.current,
                     torque_nm: sample.torque,
                     engagement: sample.engagement,
-                })
-            })
+                });
+            }
+        }
+        points
     }
 
     /// The axis of a gantry.

@@ -147,7 +147,9 @@ impl Recorder {
             if let Some(points) = &mut self.points {
                 let place = tracker.place(&sample);
                 points.extend(
-                    place.map(|place| rows::contour_point(&record, place, frame, self.servo)),
+                    place.map(|place| {
+                        rows::contour_point(&record, place, (frame, modes), self.servo)
+                    }),
                 );
             }
             // While all joints are commanded to rest nothing is cut, and dwells would outweigh the

@@ -1,6 +1,7 @@
 //! From the contour stage's records to the rows of results: micrometres, seconds, names.
 
 use super::frame::Frame;
+use crate::motion::Modes;
 use crate::observer::ContourPoint;
 use crate::results::{BlockResult, ErrorParts, ErrorStats, ReversalResult};
 use lostmotion_base::Clock;
@@ -62,7 +63,7 @@ pub(crate) fn reversal(row: &ReversalRow, servo: Clock) -> ReversalResult {
 pub(crate) fn contour_point(
     record: &ErrorRecord,
     place: FootPlace,
-    frame: &Frame,
+    (frame, modes): (&Frame, &Modes),
     servo: Clock,
 ) -> ContourPoint {
     // All places of a row are from one zero, that of its block.
@@ -80,9 +81,14 @@ pub(crate) fn contour_point(
             * UM_PER_MM,
         commanded_mm: record.commanded_tip_mm,
         actual_mm: sub(record.sample.tip_mm, origin_mm),
-        tool: frame.pose.axis,
+        tool: modes.tool_axis(
+            frame.sample.segment,
+            &frame.sample.position,
+            frame.pose.axis,
+        ),
         moving: frame.moving,
         rapid: record.sample.rapid,
+        limiter: frame.limiter,
         block: record.sample.block,
     }
 }

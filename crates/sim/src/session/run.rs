@@ -8,8 +8,7 @@ use super::rows;
 use super::stepper::{Chunk, Kept, Stepper};
 use crate::error::SimError;
 use crate::method::Choice;
-use crate::observer::{Audience, MotorPoint, Observer};
-use crate::options::MAX_THREADS;
+use crate::observer::{Audience, Observer};
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
@@ -38,40 +37,6 @@ pub(crate) struct Tally {
     pub(crate) straightness: PlanInfo,
 }
 
-/// Calls `work` with a number of threads: with 1 on the caller's thread, without rayon; else inside
-/// a pool of its own with that many (0: one per core), entered once.
-///
-/// # Errors
-/// A pool that cannot be made; what the work answers.
-pub(crate) fn on_threads<T: Send>(
-    threads: usize,
-    work: impl FnOnce(usize) -> Result<T, SimError> + Send,
-) -> Result<T, SimError> {
-    // Without a pool a run may itself be a job of the caller's pool, hundreds at a time.
-    if threads == 1 {
-        return work(1);
-    }
-    if threads > MAX_THREADS {
-        let why = format!("allowed are 0 (one per core) to {MAX_THREADS}");
-        return Err(SimError::Threads { threads, why });
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|why| SimError::Threads {
-        threads,
-        why: why.to_string(),
-    })?;
-    let inside = || pool.install(|| work(pool.current_num_threads()));
-    if rayon::current_thread_index().is_none() {
-        return inside();
-    }
-    // A worker of another pool that waits for this one runs further jobs of its own pool on top of
-    // its stack, each of which may do the same. A plain thread in between only waits.
-    std::thread::scope(|scope| match scope.spawn(inside).join() {
-        Ok(result) => result,
-        Err(panic) => std::panic::resume_unwind(panic),
-    })
-}
-
 /// Plans and simulates a checked program for the machine without a gap, for every method, and for
 /// methods (by their place) that are told something wrong.
 pub(crate) fn run(
@@ -81,9 +46,7 @@ pub(crate) fn run(
     files: &SourceFiles,
     audience: &mut Audience<'_>,
 ) -> Result<Tally, SimError> {
-    on_threads(setup.options.threads, |threads| {
-        run_on(threads, setup, (choices, misled), files, audience)
-    })
+    setup.on_threads(|threads| run_on(threads, setup, (choices, misled), files, audience))
 }
 
 fn run_on(
@@ -107,6 +70,7 @@ fn run_on(
     let kept = Kept {
         trace: audience.wants_motors(),
         learning: audience.wants_learning(),
+        limiters: audience.wants_limiters(),
         stops: true,
     };
     let mut stepper = Stepper::new(setup, &variants, threads, kept)?;
@@ -312,15 +276,11 @@ impl Judge {
         // Recorder 0 is the machine without a gap, which is no method.
         for (method, recorder) in self.of_methods() {
             let end = recorder.stop.as_ref().map_or(Tick::MAX, |stop| stop.tick);
-            let points: Vec<MotorPoint> = chunk
-                .frames
-                .iter()
-                .filter(|frame| frame.tick < end)
-                .flat_map(|frame| {
-                    let time_s = self.servo.seconds(frame.tick);
-                    chunk.outputs.motors(method + 1, frame.servo_sample, time_s)
-                })
-                .collect();
+            // Frames are in the order of time.
+            let upto = chunk.frames.partition_point(|frame| frame.tick < end);
+            let frames = chunk.frames[..upto].iter();
+            let samples = frames.map(|frame| (frame.servo_sample, self.servo.seconds(frame.tick)));
+            let points = chunk.outputs.motors(method + 1, samples);
             observer.motors(method, &points);
         }
     }

@@ -11,6 +11,7 @@ use super::frame::{Aligner, Frame};
 use super::monitor::{Monitor, Stop};
 use super::outputs::Outputs;
 use crate::error::{SimError, SinkError};
+use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};
 use crate::observer::Progress;
 use crate::results::LimitsUsed;
@@ -25,6 +26,8 @@ use lostmotion_plan::Sample;
 /// A chunk of the plan that no axis has taken yet.
 struct Planned {
     samples: Vec<Sample>,
+    /// By sample, what limits the motion up to it; empty where nobody asks.
+    limiters: Vec<Option<Limiter>>,
     /// What was read on the way.
     segments: Vec<ProgrammedSegment>,
     modes: Modes,
@@ -38,6 +41,7 @@ impl Planned {
     fn new(feed: &Feed) -> Planned {
         Planned {
             samples: Vec::new(),
+            limiters: Vec::new(),
             segments: Vec::new(),
             modes: feed.modes().clone(),
             bytes_done: 0,
@@ -46,11 +50,17 @@ impl Planned {
         }
     }
 
-    /// Takes the next samples, at most `most`.
-    fn take(&mut self, feed: &mut Feed, most: usize) {
+    /// Takes the next samples, at most `most`, and what limits them if somebody goes along.
+    fn take(&mut self, (feed, along): (&mut Feed, &mut Option<Along>), most: usize) {
         let planned = feed.chunk(most, &mut self.samples, &mut self.segments);
         self.error = planned.err();
         self.modes.clone_from(feed.modes());
+        self.limiters.clear();
+        if let Some(along) = along {
+            let intervals = along.chunk(&self.samples, feed.notes(), feed.modes());
+            let limiters = intervals.map(|interval| Some(interval?.limiter));
+            self.limiters.extend(limiters);
+        }
         self.bytes_done = feed.bytes_done();
         self.last = feed.last();
     }
@@ -59,6 +69,8 @@ impl Planned {
 /// A chunk of the plan, and what the axes have made of it.
 pub(crate) struct Chunk {
     samples: Vec<Sample>,
+    /// By sample, what limits the motion up to it; empty where nobody asks.
+    limiters: Vec<Option<Limiter>>,
     pub(crate) frames: Vec<Frame>,
     pub(crate) modes: Modes,
     pub(crate) outputs: Outputs,
@@ -77,6 +89,7 @@ impl Chunk {
     fn new(modes: &Modes, bank: &Bank) -> Chunk {
         Chunk {
             samples: Vec::new(),
+            limiters: Vec::new(),
             frames: Vec::new(),
             modes: modes.clone(),
             outputs: bank.outputs(),
@@ -97,6 +110,8 @@ impl Chunk {
 /// A machine on its way through a program.
 pub(crate) struct Stepper {
     pub(crate) feed: Feed,
+    /// Who says what limits the plan, if somebody asks.
+    along: Option<Along>,
     /// The chunk that the axes take next, once the first one is planned.
     planned: Option<Planned>,
     cutting: Option<Cutting>,
@@ -130,6 +145,8 @@ pub(crate) struct Kept {
     pub(crate) trace: bool,
     /// What the drives know.
     pub(crate) learning: bool,
+    /// What limits the motion.
+    pub(crate) limiters: bool,
     /// Where the machine of a method stops: nothing of it is simulated from the next chunk on.
     pub(crate) stops: bool,
 }
@@ -143,7 +160,11 @@ impl Stepper {
         kept: Kept,
     ) -> Result<Stepper, SimError> {
         let (machine, options) = (setup.machine, setup.options);
-        let feed = Feed::new(setup)?;
+        let feed = if kept.limiters {
+            Feed::timed(setup)?
+        } else {
+            Feed::new(setup)?
+        };
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
@@ -176,6 +197,7 @@ impl Stepper {
             peak_velocity: Coords::ZERO,
             range: [start, start],
             bank,
+            along: kept.limiters.then(|| Along::new(setup, feed.modes())),
             feed,
         })
     }
@@ -195,6 +217,7 @@ impl Stepper {
         let begun = self.begin();
         let Stepper {
             feed,
+            along,
             planned,
             tracker,
             aligner,
@@ -215,7 +238,7 @@ impl Stepper {
             let outputs = &chunk.outputs;
             // Each servo tick is paired with the command that it answers to, the delay taken out.
             aligner.frames(
-                &chunk.samples,
+                (&chunk.samples, &chunk.limiters),
                 &chunk.modes,
                 |at| outputs.reference(at),
                 &mut chunk.frames,
@@ -240,7 +263,7 @@ impl Stepper {
         };
         let mut plan = || {
             if let Some(planned) = planned.as_mut().filter(|_| !over) {
-                planned.take(feed, most);
+                planned.take((feed, along), most);
             }
         };
         let (looked, axes) = if self.threads > 1 {
@@ -263,10 +286,10 @@ impl Stepper {
                 limit_s: self.max_duration_s,
             });
         }
-        let (feed, most) = (&mut self.feed, self.chunk_samples);
+        let (feed, along, most) = (&mut self.feed, &mut self.along, self.chunk_samples);
         let planned = self.planned.get_or_insert_with(|| {
             let mut first = Planned::new(feed);
-            first.take(feed, most);
+            first.take((feed, along), most);
             first
         });
         if let Some(error) = planned.error.take() {
@@ -278,6 +301,7 @@ impl Stepper {
         }
         let chunk = &mut self.chunk;
         std::mem::swap(&mut chunk.samples, &mut planned.samples);
+        std::mem::swap(&mut chunk.limiters, &mut planned.limiters);
         chunk.modes.clone_from(&planned.modes);
         chunk.outputs.go_on_from(&self.before.outputs);
         // The reference lags behind the plan by the interpolator's delay: as many samples at rest

@@ -1,11 +1,11 @@
 //! Time added up: for the program, by kind, and block by block in bounded memory.
 
-use super::limiter::{LIMITERS, Limiter, name};
 use super::results::{BlockTime, LimitShare, TimeKind};
+use crate::limiter::{Interval, Limiter};
 use lostmotion_base::{BlockRef, Clock, Tick};
 
 /// Ticks by limiter.
-pub(super) type Counts = [Tick; LIMITERS];
+pub(super) type Counts = [Tick; Limiter::COUNT];
 
 /// One block on its way.
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ impl Ledger {
             kept: Vec::new(),
             finished: Vec::new(),
             count: 0,
-            counts: [0; LIMITERS],
+            counts: [0; Limiter::COUNT],
             kinds: [0; 3],
         }
     }
@@ -53,8 +53,15 @@ impl Ledger {
         self.now
     }
 
-    /// One interval of a block.
-    pub(super) fn add(&mut self, block: BlockRef, kind: TimeKind, segment: u64, limiter: Limiter) {
+    /// Takes the time between two samples.
+    pub(super) fn add(&mut self, interval: &Interval) {
+        let Interval { block, segment, .. } = *interval;
+        let kind = match interval.limiter {
+            Limiter::Dwell => TimeKind::Dwell,
+            _ if interval.rapid => TimeKind::Rapid,
+            _ => TimeKind::Cutting,
+        };
+        let limiter = interval.limiter.index();
         self.counts[limiter] += 1;
         self.kinds[kind as usize] += 1;
         if !self
@@ -71,7 +78,7 @@ impl Ledger {
                 segment,
                 start: self.now,
                 ticks: 0,
-                counts: [0; LIMITERS],
+                counts: [0; Limiter::COUNT],
             });
         }
         if let Some(open) = &mut self.open {
@@ -120,16 +127,12 @@ impl Ledger {
 
 /// Shares of a number of ticks, longest first.
 pub(super) fn shares(counts: &Counts, ticks: Tick, clock: Clock) -> Vec<LimitShare> {
-    let mut used: Vec<(Limiter, Tick)> = counts
-        .iter()
-        .copied()
-        .enumerate()
-        .filter(|(_, count)| *count > 0)
-        .collect();
-    // Ties in the order of the limiters, so that tables do not depend on the sort.
-    used.sort_by_key(|(limiter, count)| (std::cmp::Reverse(*count), *limiter));
+    let every = Limiter::ALL.into_iter().zip(counts.iter().copied());
+    let mut used: Vec<(Limiter, Tick)> = every.filter(|(_, count)| *count > 0).collect();
+    // The sort is stable: ties stay in the order of the limiters.
+    used.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     let share = |(limiter, count): (Limiter, Tick)| LimitShare {
-        limit: name(limiter),
+        limit: limiter.to_string(),
         time_s: clock.seconds(count),
         share: count as f64 / ticks.max(1) as f64,
     };

@@ -1,20 +1,18 @@
 //! Cycle time of a program: by block, by kind, and what limits it.
 
 mod ledger;
-mod limiter;
 pub mod results;
-mod watch;
 
 use crate::error::SimError;
+use crate::limiter::Along;
 use crate::motion::{CHANGES, Checked, Feed, LimitChange, check};
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
-use crate::session::on_threads;
 use crate::setup::Setup;
+use ledger::Ledger;
 use lostmotion_base::Tick;
 use rayon::prelude::*;
 use results::{BlockTime, CycleTime, KindTimes, TIME_SCHEMA, WhatIf};
-use watch::Watch;
 
 /// What is counted, and what is taken to last how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +54,9 @@ pub(crate) fn time(
     let checked = check(setup)?;
     let mut feed = Feed::timed(setup)?;
     let mut texts = BlockTexts::new(setup.program, checked.files.clone());
-    let mut watch = Watch::new(setup, feed.modes(), time.keep_blocks);
+    let mut along = Along::new(setup, feed.modes());
     let command = setup.machine.cycles().command();
+    let mut ledger = Ledger::new(command, time.keep_blocks);
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {
         segments.clear();
@@ -67,24 +66,27 @@ pub(crate) fn time(
         }
         let notes = feed.notes();
         // Notes first: a sample may lie on a move that was read in this very chunk.
-        watch.chunk(&samples, notes, feed.modes());
-        sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
+        let intervals = along.chunk(&samples, notes, feed.modes());
+        intervals
+            .flatten()
+            .for_each(|interval| ledger.add(&interval));
+        sink(&finished(&mut ledger, &mut texts)).map_err(SimError::Sink)?;
         // A loop without end would plan for ever.
-        if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
+        if command.seconds(ledger.ticks()) > options.max_duration_s {
             return Err(SimError::TooLong {
                 limit_s: options.max_duration_s,
             });
         }
     }
     // The last block has no successor that would end it.
-    watch.ledger.close();
-    sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
+    ledger.close();
+    sink(&finished(&mut ledger, &mut texts)).map_err(SimError::Sink)?;
     let what_if = if time.what_if {
-        what_if(setup, watch.ledger.ticks())?
+        what_if(setup, ledger.ticks())?
     } else {
         Vec::new()
     };
-    let mut blocks = watch.ledger.longest();
+    let mut blocks = ledger.longest();
     for row in &mut blocks {
         row.text = texts.at(row.block.span);
     }
@@ -92,15 +94,15 @@ pub(crate) fn time(
         setup,
         time,
         checked,
-        (&watch, &feed),
+        (&ledger, along.tool_changes, &feed),
         blocks,
         what_if,
     ))
 }
 
 /// The blocks that have ended since the last call, with their text.
-fn finished(watch: &mut Watch, texts: &mut BlockTexts) -> Vec<BlockTime> {
-    let mut rows = watch.ledger.take_finished();
+fn finished(ledger: &mut Ledger, texts: &mut BlockTexts) -> Vec<BlockTime> {
+    let mut rows = ledger.take_finished();
     // The ledger holds places alone; texts are read again for what is shown.
     for row in &mut rows {
         row.text = texts.at(row.block.span);
@@ -112,17 +114,17 @@ fn answer(
     setup: &Setup<'_>,
     time: &TimeOptions,
     checked: Checked,
-    (watch, feed): (&Watch, &Feed),
+    (ledger, tool_changes, feed): (&Ledger, u64, &Feed),
     blocks: Vec<BlockTime>,
     what_if: Vec<WhatIf>,
 ) -> CycleTime {
-    let (ledger, command) = (&watch.ledger, setup.machine.cycles().command());
+    let command = setup.machine.cycles().command();
     let [cutting_s, rapid_s, dwell_s] = ledger.kinds.map(|ticks| command.seconds(ticks));
     let kinds = KindTimes {
         cutting_s,
         rapid_s,
         dwell_s,
-        tool_changes: watch.tool_changes,
+        tool_changes,
         tool_change_s: time.tool_change_s,
         spindle_events: feed.spindle_events(),
         spindle_event_s: time.spindle_event_s,
@@ -166,7 +168,7 @@ fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
             saved_share: saved_s / plan_s.max(command.period_s()),
         })
     };
-    on_threads(setup.options.threads, |threads| {
+    setup.on_threads(|threads| {
         // Plans are independent of each other; collected in the table's order.
         let rows: Vec<Result<WhatIf, SimError>> = if threads > 1 {
             CHANGES.par_iter().map(row).collect()

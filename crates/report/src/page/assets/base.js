@@ -30,7 +30,7 @@ const path = (() => {
   return {
     n, at, time, runs, low: p.low, high: p.low.map((low, k) => low + 65535 * p.step[k]),
     normal: new Int8Array(bytes(p.normal)), kind: new Uint8Array(bytes(p.kind)),
-    tool: p.tool && new Int8Array(bytes(p.tool)), speed: unpack(p.speed), error: p.error.map(unpack),
+    tool: p.tool && new Int8Array(bytes(p.tool)), speed: unpack(p.speed), limiter: new Uint8Array(bytes(p.limiter)), error: p.error.map(unpack),
   };
 })();
 
@@ -49,11 +49,17 @@ const runOf = (stretch) => path.runs[indexAt(path.runs, stretch, path.runs.lengt
 const BOUNDS = [-1, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1];
 // What was not reached is grey.
 const hueOf = (um) => Number.isNaN(um) ? 4 : BOUNDS.filter((bound) => um / data.tolerance >= bound).length;
+// What limits the motion, by number; a colour for each kind.
+const limits = new Map(data.limits.every.map((limit) => [limit.limiter, limit]));
+const KINDS = ["feed", "velocity", "acceleration", "jerk", "tolerance", "look-ahead"];
+const kindOf = (limiter) => limits.has(limiter) ? (KINDS.indexOf(limits.get(limiter).name.split(" ")[0]) + 7) % 7 : 6;
+const percent = (share) => share < 0.001 ? "below 0.1 %" : `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`;
 let colors = {};
 function readColors() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "raised", "ink", "soft", "line", "link", "good", "bad"];
   colors = Object.fromEntries(names.map((name) => [name, style.getPropertyValue("--" + name).trim()]));
+  colors.kinds = KINDS.concat("").map((_, kind) => style.getPropertyValue("--k" + kind).trim());
   colors.error = BOUNDS.concat(0).map((_, hue) => style.getPropertyValue("--e" + hue).trim());
 }
 function rgb(color) {

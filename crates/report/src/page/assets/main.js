@@ -7,7 +7,7 @@ const pick = (id, names, value) => {
 const options = $("colour").querySelectorAll("option");
 pick("method", data.methods.map((method) => method.name), chosen.method);
 if (data.methods.length < 2) $("methodpick").hidden = true;
-if (data.methods.length < 2 || !data.methods.some((method) => method.name === "none")) options[2].remove();
+if (data.methods.length < 2 || !data.methods.some((method) => method.name === "none")) options[3].remove();
 const motors = data.methods[chosen.method] ? data.methods[chosen.method].motors : [];
 pick("axis", motors.map((motor) => motor.name), 0);
 // Signals that the chosen method has: one that learns nothing has no estimate of the gap.
@@ -39,8 +39,9 @@ function readout() {
   text.hidden = false;
   const file = run[0] ? data.files[run[0] - 1] + " " : "";
   const what = path.kind[i] & 1 ? "rapid" : Number.isNaN(error[i]) ? "not reached" : `${signed(error[i])} \u00b5m`;
+  const limit = limits.get(path.limiter[i]);
   const place = [0, 1, 2].map((k) => "XYZ"[k] + path.at[3 * i + k].toFixed(3)).join(" ");
-  text.textContent = `${file}line ${run[1]}: ${what}, ${(60 * path.speed[i]).toFixed(0)} mm/min, ${place}`;
+  text.textContent = `${file}line ${run[1]}: ${what}, ${(60 * path.speed[i]).toFixed(0)} mm/min${limit ? " by " + limit.name : ""}, ${place}`;
 }
 chosen.followers.push((change, from) => {
   if ("method" in change) {

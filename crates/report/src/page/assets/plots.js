@@ -140,6 +140,43 @@ const plots = (() => {
     $("signalname").textContent = `${motor.name}: ${name === "error" ? "following error" : name}`;
     $("signalnote").textContent = NOTES[name];
   }
+  // A row for each limit, as dark as the part of the time that it has.
+  const ROW = 30, MOST_ROWS = 10;
+  function limited() {
+    const every = data.limits.every.slice(0, MOST_ROWS), canvas = $("limitplot");
+    canvas.style.height = `${MARGIN.top + ROW * every.length + MARGIN.bottom}px`;
+    const area = prepare(canvas), { pen, x0, x1, y0, y1 } = area, part = data.limits.ticks * data.tick;
+    const px = (t) => x0 + (t - range.from) / (range.to - range.from) * (x1 - x0);
+    every.forEach((limit, row) => {
+      const y = y0 + ROW * row, parts = new Uint8Array(bytes(limit.parts));
+      pen.fillStyle = colors.ink;
+      pen.textAlign = "left";
+      pen.textBaseline = "top";
+      pen.fillText(`${limit.name}: ${percent(limit.share)}`, x0, y);
+      pen.fillStyle = colors.raised;
+      pen.fillRect(x0, y + 15, x1 - x0, ROW - 19);
+      pen.fillStyle = colors.kinds[kindOf(limit.limiter)];
+      // The largest share in each column of pixels, so that a short limit is seen.
+      const columns = new Uint8Array(Math.max(Math.ceil(x1 - x0), 0));
+      for (let k = 0; k < parts.length; k++) if (parts[k]) {
+        const from = Math.max(Math.floor(px(k * part) - x0), 0), to = Math.min(Math.max(Math.ceil(px((k + 1) * part) - x0), from + 1), columns.length);
+        for (let x = from; x < to; x++) columns[x] = Math.max(columns[x], parts[k]);
+      }
+      columns.forEach((share, x) => {
+        if (!share) return;
+        pen.globalAlpha = 0.2 + 0.8 * share / 255;
+        pen.fillRect(x0 + x, y + 15, 1, ROW - 19);
+      });
+      pen.globalAlpha = 1;
+    });
+    pen.fillStyle = colors.soft;
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    for (const [value, text] of ticks(range.from, range.to, Math.max((x1 - x0) / 110, 2))) if (px(value) < x1 - 30) pen.fillText(text, px(value), y1 + 6);
+    pen.textAlign = "right";
+    pen.fillText("s", x1, y1 + 6);
+    cursor(area, { px });
+  }
   function histogram() {
     const method = data.methods[chosen.method], { width, counts } = method.histogram, half = counts.length / 2;
     const whole = counts.reduce((a, b) => a + b, 0), area = prepare($("histogram"));
@@ -189,7 +226,7 @@ const plots = (() => {
       box.append(figure);
     }
   }
-  function over() { error(); signal(); }
+  function over() { error(); signal(); limited(); }
   function all() { over(); histogram(); polar(); }
   function zoom(by, at) {
     const whole = data.duration, span = Math.min(Math.max((range.to - range.from) * by, 50 * data.tick), whole);
@@ -198,7 +235,7 @@ const plots = (() => {
     range.to = range.from + span;
     over();
   }
-  for (const id of ["errorplot", "signalplot"]) {
+  for (const id of ["errorplot", "signalplot", "limitplot"]) {
     const canvas = $(id);
     const timeAt = (x) => range.from + (x - MARGIN.left) / (canvas.clientWidth - MARGIN.left - MARGIN.right) * (range.to - range.from);
     canvas.addEventListener("click", (event) => choose({ time: timeAt(event.offsetX) }, "plot"));

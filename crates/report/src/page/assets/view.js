@@ -70,6 +70,8 @@ const view = (() => {
     const hues = colors.error.map(rgb);
     const top = path.speed.reduce((a, b) => Math.max(a, b), 1e-9);
     if (kind === "speed") return (i) => ramp(path.speed[i] / top);
+    const kinds = colors.kinds.map(rgb);
+    if (kind === "limiter") return (i) => kinds[kindOf(path.limiter[i])];
     // How much smaller the error is than without compensation: blue is better, orange worse.
     if (kind === "gain") return (i) => hues[hueOf(Math.abs(error[i]) - Math.abs(path.error[none][i]))];
     return (i) => hues[hueOf(error[i] / worst * data.tolerance)];
@@ -174,6 +176,15 @@ const view = (() => {
     if (kind === "speed") {
       const top = path.speed.reduce((a, b) => Math.max(a, b), 0) * 60;
       for (const part of [1, 0.75, 0.5, 0.25, 0]) row(css(ramp(part)), `${(part * top).toFixed(0)} mm/min`);
+      return;
+    }
+    if (kind === "limiter") {
+      const of = KINDS.concat("other").map((name, k) => [colors.kinds[k], name, data.limits.every.filter((limit) => kindOf(limit.limiter) === k)]);
+      for (const [color, name, those] of of) if (those.length) {
+        const axes = those.map((limit) => limit.name.slice(name.length + 1)).filter(Boolean).sort().join(" ");
+        const what = name === "other" ? those.map((limit) => limit.name).join(", ") : `${name} ${axes}`.trim();
+        row(color, `${what}: ${percent(those.reduce((sum, limit) => sum + limit.share, 0))} of the time`);
+      }
       return;
     }
     const bounds = BOUNDS.map((bound) => bound * data.tolerance), last = bounds.length;

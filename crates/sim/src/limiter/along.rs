@@ -1,9 +1,7 @@
-//! Goes along the samples with the moves that they lie on, and tells the ledger what each interval
-//! is spent on.
+//! Goes along the samples with the moves that they lie on, and says of each interval what it is spent
+//! on.
 
-use super::ledger::Ledger;
-use super::limiter::{DWELL, HELD, Joints, stands};
-use super::results::TimeKind;
+use super::{Joints, Limiter, stands};
 use crate::motion::{Bows, Modes, Note, planner_config};
 use crate::options::BowLimit;
 use crate::setup::Setup;
@@ -34,8 +32,20 @@ struct Waiting {
     block: BlockRef,
 }
 
+/// The time between two samples.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    /// The block that it is spent on.
+    pub(crate) block: BlockRef,
+    /// The move at its end.
+    pub(crate) segment: u64,
+    /// Whether that is a rapid.
+    pub(crate) rapid: bool,
+    pub(crate) limiter: Limiter,
+}
+
 /// Where the samples are.
-pub(super) struct Watch {
+pub(crate) struct Along {
     modes: Modes,
     joints: Joints,
     bows: Option<Bows>,
@@ -47,17 +57,17 @@ pub(super) struct Watch {
     last: Option<Sample>,
     /// Whether an operator interferes, who may hold the motion.
     interrupted: bool,
-    pub(super) tool_changes: u64,
-    pub(super) ledger: Ledger,
+    pub(crate) tool_changes: u64,
 }
 
-impl Watch {
-    pub(super) fn new(setup: &Setup<'_>, modes: &Modes, keep: usize) -> Watch {
+impl Along {
+    /// Before the first sample.
+    pub(crate) fn new(setup: &Setup<'_>, modes: &Modes) -> Along {
         let (machine, options) = (setup.machine, setup.options);
         // Only limits and tolerances are used, which do not depend on the quality.
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
-        Watch {
+        Along {
             modes: modes.clone(),
             joints: Joints::new(&config.limits, clock.period_s()),
             bows: Bows::new(
@@ -73,12 +83,17 @@ impl Watch {
             last: None,
             interrupted: !options.interventions.is_empty(),
             tool_changes: 0,
-            ledger: Ledger::new(clock, keep),
         }
     }
 
-    /// Takes a chunk of samples and what was read for it.
-    pub(super) fn chunk(&mut self, samples: &[Sample], notes: Vec<Note>, modes: &Modes) {
+    /// Takes a chunk of samples and what was read for it; gives for each sample the interval that
+    /// ends at it. The first sample of a program ends none, nor does one before any move.
+    pub(crate) fn chunk(
+        &mut self,
+        samples: &[Sample],
+        notes: Vec<Note>,
+        modes: &Modes,
+    ) -> impl Iterator<Item = Option<Interval>> {
         self.modes.clone_from(modes);
         for note in notes {
             match note {
@@ -95,12 +110,10 @@ impl Watch {
                 Note::ToolChange => self.tool_changes += 1,
             }
         }
-        for sample in samples {
-            // An interval lies between two samples; the first of the program only begins one.
-            if let Some(last) = self.last.replace(*sample) {
-                self.interval(&last, sample);
-            }
-        }
+        samples.iter().map(|sample| {
+            let last = self.last.replace(*sample)?;
+            self.interval(&last, sample)
+        })
     }
 
     fn timed(&self, index: u64, item: &Move) -> Timed {
@@ -125,10 +138,16 @@ impl Watch {
         }
     }
 
-    fn interval(&mut self, a: &Sample, b: &Sample) {
+    fn interval(&mut self, a: &Sample, b: &Sample) -> Option<Interval> {
         // Rest belongs to a dwell where one is due; else to a stop within the motion.
-        if stands(a) && stands(b) && self.stand(b.segment) {
-            return;
+        let rests = stands(a) && stands(b);
+        if let Some(block) = rests.then(|| self.stand(b.segment)).flatten() {
+            return Some(Interval {
+                block,
+                segment: b.segment,
+                rapid: false,
+                limiter: Limiter::Dwell,
+            });
         }
         // Samples come in the order of the path: moves before the one at hand are done with.
         while self.moves.len() > 1
@@ -139,18 +158,16 @@ impl Watch {
         {
             self.moves.pop_front();
         }
-        let Some(first) = self.moves.front() else {
-            return;
-        };
-        let kind = if first.rapid {
-            TimeKind::Rapid
-        } else {
-            TimeKind::Cutting
+        let first = self.moves.front()?;
+        let of = |limiter| Interval {
+            block: b.block,
+            segment: b.segment,
+            rapid: first.rapid,
+            limiter,
         };
         // A standstill within a move that no dwell explains is the operator's feed hold.
-        if self.interrupted && stands(a) && stands(b) {
-            self.ledger.add(b.block, kind, b.segment, HELD);
-            return;
+        if self.interrupted && rests {
+            return Some(of(Limiter::FeedHold));
         }
         // Whether the command has left the programmed path: it rounds a corner.
         let off = || {
@@ -165,11 +182,11 @@ impl Watch {
             self.bows.as_ref().map_or(0.0, |bows| bows.part(a, b)),
             off,
         );
-        self.ledger.add(b.block, kind, b.segment, limiter);
+        Some(of(limiter))
     }
 
-    /// Gives an interval of rest to the dwell that it belongs to; says whether there is one.
-    fn stand(&mut self, segment: u64) -> bool {
+    /// Gives an interval of rest to the dwell that it belongs to; the block of that, if there is one.
+    fn stand(&mut self, segment: u64) -> Option<BlockRef> {
         // A dwell is over when a move behind it has begun.
         let past =
             |dwell: &Waiting| segment > dwell.after || (segment == dwell.after && segment > 0);
@@ -180,13 +197,9 @@ impl Watch {
         {
             self.dwells.pop_front();
         }
-        let Some(dwell) = self.dwells.front_mut() else {
-            return false;
-        };
+        let dwell = self.dwells.front_mut()?;
         // Cycle by cycle, so that a dwell's row has the time that the plan gives it.
         dwell.left_s -= self.period_s;
-        self.ledger
-            .add(dwell.block, TimeKind::Dwell, segment, DWELL);
-        true
+        Some(dwell.block)
     }
 }
