@@ -1,14 +1,15 @@
 //! `lostmotion study drawn`: machines and programs drawn at random.
 
-use super::{CellArgs, failure, known_methods, methods};
+use super::{CellArgs, Page, failure, known_methods, methods, write_page};
 use crate::options::{threads, whole};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
 use lostmotion::report::WriteError;
 use lostmotion::report::number::{fixed, percent};
+use lostmotion::report::page::study_page;
 use lostmotion_study::drawn::{
-    DrawnCell, DrawnResult, commissioned, draw, markdown, run as run_cell, run_all,
+    DrawnCell, DrawnResult, commissioned, draw, left, markdown, run as run_cell, run_all,
 };
 use std::io::Write;
 use std::path::PathBuf;
@@ -32,6 +33,8 @@ pub(crate) struct Drawn {
     /// NAME.learned.toml, what commissioning the machine teaches `adaptive` (`simulate --learned`)
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) export: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: Page,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
@@ -49,10 +52,14 @@ pub(super) fn run(args: &Drawn) -> Result<u8, Failure> {
         return export(args, folder);
     }
     let methods = methods(&args.methods)?;
+    let page = args.page.open()?;
     let results = run_all(args.seed, args.cells, &methods, threads(args.threads)?)
         .map_err(|error| failure(&error))?;
     let what = format!("drawn with seed {}", args.seed);
-    output::print(&markdown(&results, &what))?;
+    let title = format!("Machines and programs {what}");
+    let markdown = markdown(&results, &what);
+    write_page(page, &study_page(&title, &left(&results), &markdown))?;
+    output::print(&markdown)?;
     Ok(DONE)
 }
 

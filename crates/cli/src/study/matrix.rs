@@ -1,11 +1,12 @@
 //! `lostmotion study matrix`: cells that are run, and the journal in which the results so far are
 //! kept.
 
-use super::{failure, known_methods, methods};
+use super::{Page, failure, known_methods, methods, write_page};
 use crate::options::{Format, show, threads, whole};
 use crate::output::{DONE, Failure, Progress, create_folder, refuse_standard};
 use clap::{Args, ValueHint};
 use lostmotion::report::WriteError;
+use lostmotion::report::page::study_page;
 use lostmotion_study::StudyError;
 use lostmotion_study::matrix::journal::{Found, Header, line, read};
 use lostmotion_study::matrix::{Cell, CellResult, all_cells, run_cells, sample, table};
@@ -32,6 +33,8 @@ pub(crate) struct MatrixArgs {
     /// Folder for the tables, and for the results so far: run again, a stopped study goes on
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: Page,
     /// Forget the results so far in the folder
     #[arg(long, requires = "out")]
     pub(crate) fresh: bool,
@@ -54,6 +57,7 @@ pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
     };
     // All that the figures depend on, so that a journal of another study is noticed.
     let header = Header::new((!args.full).then_some(args.cells), args.seed, &methods);
+    let page_file = args.page.open()?;
     let mut journal = args
         .out
         .as_deref()
@@ -83,16 +87,20 @@ pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
         table::markdown(&results, &what),
         table::json(&results, &what).map_err(|error| failure(&error))?,
     );
+    let title = format!("Test matrix of the compensators, {what}");
+    let page = study_page(&title, &table::left(&results), &markdown);
     if let Some(folder) = &args.out {
         write(
             folder,
             &[
                 ("matrix.md", &markdown),
+                ("matrix.html", &page),
                 ("matrix.csv", &table::csv(&results)),
                 ("matrix.json", &json),
             ],
         )?;
     }
+    write_page(page_file, &page)?;
     show(args.format, &json, &markdown)?;
     Ok(DONE)
 }

@@ -13,7 +13,9 @@ use lostmotion::identify::{
 };
 use lostmotion::methods::{MethodId, UnknownMethod};
 use lostmotion::report::WriteError;
+use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::number::{fixed, percent};
+use lostmotion::report::page::study_page;
 use lostmotion_study::StudyError;
 use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
 use lostmotion_study::endurance::run as endure;
@@ -76,6 +78,8 @@ pub(crate) struct Bench {
     /// Its stiffness in N m/rad
     #[arg(long, value_name = "N", requires = "gap_rad", allow_negative_numbers = true, value_parser = number)]
     pub(crate) stiffness_nm_per_rad: Option<f64>,
+    #[command(flatten)]
+    pub(crate) page: Page,
 }
 
 /// `study endurance`.
@@ -90,6 +94,8 @@ pub(crate) struct Endurance {
     /// How long, in minutes of the machine's time
     #[arg(long, value_name = "N", default_value_t = 60.0, allow_negative_numbers = true, value_parser = number)]
     pub(crate) minutes: f64,
+    #[command(flatten)]
+    pub(crate) page: Page,
 }
 
 /// `study paper`.
@@ -98,6 +104,41 @@ pub(crate) struct Paper {
     /// Folder for table, scan and figures; made if it does not exist
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: Page,
+}
+
+/// The page of a study.
+#[derive(Debug, Args)]
+pub(crate) struct Page {
+    /// Also write the answer as a page for a browser
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
+    html: Option<PathBuf>,
+}
+
+impl Page {
+    /// Opens the file, if one was asked for: one that cannot be made is reported before the work is
+    /// done.
+    fn open(&self) -> Result<Option<AtomicFile>, Failure> {
+        self.html.as_deref().map(output::create).transpose()
+    }
+}
+
+/// Writes a page into a file that was opened for it.
+fn write_page(file: Option<AtomicFile>, page: &str) -> Result<(), Failure> {
+    if let Some(mut file) = file {
+        let written = file.write_all(page.as_bytes());
+        written.map_err(|error| WriteError::io("write", file.path(), error))?;
+        file.commit()?;
+    }
+    Ok(())
+}
+
+/// Writes the page of an answer that has no chart into a file that was opened for it, and prints the
+/// answer.
+fn tell(file: Option<AtomicFile>, title: &str, markdown: &str) -> Result<(), Failure> {
+    write_page(file, &study_page(title, &[], markdown))?;
+    output::print(markdown)
 }
 
 /// Runs the study asked for.
@@ -300,6 +341,7 @@ fn bench(args: &Bench) -> Result<u8, Failure> {
         }],
         _ => COUPLERS.to_vec(),
     };
+    let page = args.page.open()?;
     let mut out =
         "| gap, rad | stiffness, N m/rad | `fit`: gap | stiffness | `fit --motor-only`: gap | stiffness | `adaptive`: gap | stiffness | damping |\n"
             .to_owned();
@@ -323,7 +365,7 @@ fn bench(args: &Bench) -> Result<u8, Failure> {
             found.join(" | ")
         ));
     }
-    output::print(&out)?;
+    tell(page, "Couplers with a known gap", &out)?;
     Ok(DONE)
 }
 
@@ -401,6 +443,7 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
         .method
         .parse()
         .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+    let page = args.page.open()?;
     let stretches = endure(&cell, method, 60.0 * args.minutes).map_err(|error| failure(&error))?;
     let mut out = format!(
         "what the gap adds to the load's place, X of {cell}\n\n| until min | `none`: RMS, um | max, um | `{0}`: RMS, um | max, um | RMS of none | gap off by |\n|--:|--:|--:|--:|--:|--:|--:|\n",
@@ -426,7 +469,12 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
             left
         ));
     }
-    output::print(&out)?;
+    let title = format!(
+        "{} for {} minutes",
+        args.method,
+        units::number(args.minutes)
+    );
+    tell(page, &title, &out)?;
     Ok(DONE)
 }
 
@@ -435,6 +483,7 @@ pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
     let failed = |error: StudyError| Failure::message(error.to_string());
     // A folder that cannot be made is reported before the work is done.
     let folder = args.out.as_deref().map(output::create_folder).transpose()?;
+    let page = args.page.open()?;
     let trials = trials(&Trial::CHOSEN, &FORMS).map_err(failed)?;
     let scanned = scan().map_err(failed)?;
     let shafts = shaft_trials().map_err(failed)?;
@@ -455,6 +504,6 @@ pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
         }
         folder.commit()?;
     }
-    output::print(&markdown)?;
+    tell(page, "The experiments of the paper", &markdown)?;
     Ok(DONE)
 }

@@ -26,6 +26,17 @@ fn a_study_that_was_stopped_goes_on_and_ends_the_same() {
     let kept = std::fs::read_to_string(bench.path("a/cells.jsonl")).unwrap();
     let lines: Vec<&str> = kept.lines().collect();
     assert_eq!(lines.len(), 4);
+    // the page of the folder is the one that is asked for, with a dot a cell
+    let pages = ["a/matrix.html", "page.html"].map(|name| bench.path(name));
+    let mut page = study("a").to_vec();
+    page.extend(["--html".to_owned(), pages[1].display().to_string()]);
+    assert_eq!(
+        bench.expect(0, &page.iter().map(String::as_str).collect::<Vec<_>>()),
+        whole
+    );
+    let pages = pages.map(|page| std::fs::read_to_string(page).unwrap());
+    assert_eq!(pages[0], pages[1]);
+    assert_eq!(pages[0].matches("<circle").count(), 3);
     // killed while the third cell was being written
     std::fs::create_dir(bench.path("b")).unwrap();
     bench.file(

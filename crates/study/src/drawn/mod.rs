@@ -27,4 +27,4 @@ mod table;
 pub use cell::{DrawnCell, Traits, draw};
 pub use knowledge::Told;
 pub use run::{DrawnFigures, DrawnResult, Part, commissioned, run, run_all};
-pub use table::markdown;
+pub use table::{left, markdown};

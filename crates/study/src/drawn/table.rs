@@ -3,6 +3,7 @@
 use super::run::{DrawnFigures, DrawnResult, Part};
 use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
+use lostmotion_report::page::{CellRatio, MethodCells};
 use std::fmt::Write;
 
 /// Contour errors may be larger than those of `none` by this much before a method counts as worse:
@@ -132,6 +133,26 @@ pub fn markdown(results: &[DrawnResult], what: &str) -> String {
     }
     out.push_str(&cells(results));
     out
+}
+
+/// What each method but `none` leaves in each cell, over the whole program: for the chart of a page.
+pub fn left(results: &[DrawnResult]) -> Vec<MethodCells> {
+    let names = results.first().map_or(&[][..], |first| &first.methods);
+    let of = |(index, method): (usize, &DrawnFigures)| MethodCells {
+        method: method.name(),
+        cells: results
+            .iter()
+            .filter_map(|result| {
+                let (with, none) = (result.methods.get(index)?, result.none()?);
+                Some(CellRatio {
+                    cell: result.name.clone(),
+                    ratio: with.whole.backlash_rms / none.whole.backlash_rms,
+                    worse: is_worse(&with.whole, &none.whole),
+                })
+            })
+            .collect(),
+    };
+    names.iter().enumerate().skip(1).map(of).collect()
 }
 
 /// Cells that are listed with their cause.

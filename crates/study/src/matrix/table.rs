@@ -6,6 +6,7 @@ use super::summary::{MethodSummary, Spread, Summary, summary};
 use crate::error::StudyError;
 use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
+use lostmotion_report::page::{CellRatio, MethodCells};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -45,6 +46,29 @@ fn two(spread: Option<Spread>) -> String {
     spread.map_or("-".to_owned(), |s| {
         format!("{} / {}", capped(s.median), capped(s.p95))
     })
+}
+
+/// What each method but `none` leaves in each cell: for the chart of a page.
+pub fn left(results: &[CellResult]) -> Vec<MethodCells> {
+    let names = results.first().map_or(&[][..], |first| &first.methods);
+    let methods = names.iter().map(|figures| figures.method.as_str());
+    let compensated = methods.filter(|method| *method != MethodId::NONE.name());
+    compensated
+        .map(|method| MethodCells {
+            method: method.to_owned(),
+            cells: results
+                .iter()
+                .filter_map(|result| {
+                    let [ratio, _] = result.ratios(method)?;
+                    Some(CellRatio {
+                        cell: result.cell.to_string(),
+                        ratio,
+                        worse: result.worse(method).contains(&true),
+                    })
+                })
+                .collect(),
+        })
+        .collect()
 }
 
 /// The summary as Markdown: a table of all methods, one by regime, the worst cells.
