@@ -152,12 +152,13 @@ impl Outputs {
     }
 
     /// Signals of all motors of a variant at servo samples of the last chunk, with their times, sample
-    /// by sample; none where the lanes keep no trace.
+    /// by sample, in place of what was there; none where the lanes keep no trace.
     pub(crate) fn motors(
         &self,
         variant: usize,
         samples: impl Iterator<Item = (usize, f64)>,
-    ) -> Vec<MotorPoint> {
+        points: &mut Vec<MotorPoint>,
+    ) {
         // The second motor of a gantry has its axis' unit and, as its lane, the place behind all
         // axes; its transmission may be its own.
         let second = self.layout.gantry.as_ref().and_then(|beam| {
@@ -175,7 +176,7 @@ impl Outputs {
                 Some((info, per_rad, second, trace, self.layout.datums[lane]))
             })
             .collect();
-        let mut points = Vec::with_capacity(samples.size_hint().0 * motors.len());
+        points.clear();
         for (servo_sample, time_s) in samples {
             for (info, per_rad, second, trace, datum) in &motors {
                 let Some(sample) = trace.get(servo_sample) else {
@@ -195,7 +196,6 @@ impl Outputs {
                 });
             }
         }
-        points
     }
 
     /// The axis of a gantry.

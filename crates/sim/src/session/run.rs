@@ -8,7 +8,7 @@ use super::rows;
 use super::stepper::{Chunk, Kept, Stepper};
 use crate::error::SimError;
 use crate::method::Choice;
-use crate::observer::{Audience, Observer};
+use crate::observer::{Audience, MotorPoint, Observer};
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
@@ -159,7 +159,13 @@ struct Judge {
     recorders: Vec<Recorder>,
     /// How many of the variants are methods: those behind the machine without a gap.
     methods: usize,
+    /// Room for the signals of motors.
+    motors: Vec<MotorPoint>,
 }
+
+/// Frames whose motors are handed out together. A choice: what they take stays in the processor's
+/// cache until it is read.
+const MOTOR_FRAMES: usize = 128;
 
 impl Judge {
     /// Points are kept of the first `points_of` methods.
@@ -183,6 +189,7 @@ impl Judge {
             command: Statistics::default(),
             recorders: (0..variants).map(recorder).collect(),
             methods,
+            motors: Vec::new(),
         }
     }
 
@@ -272,17 +279,22 @@ impl Judge {
 
     /// Hands out the signals of all motors of the last chunk, method by method, up to the tick at
     /// which the machine has stopped.
-    fn report_motors(&self, observer: &mut dyn Observer, chunk: &Chunk) {
+    fn report_motors(&mut self, observer: &mut dyn Observer, chunk: &Chunk) {
+        let mut points = std::mem::take(&mut self.motors);
         // Recorder 0 is the machine without a gap, which is no method.
         for (method, recorder) in self.of_methods() {
             let end = recorder.stop.as_ref().map_or(Tick::MAX, |stop| stop.tick);
             // Frames are in the order of time.
             let upto = chunk.frames.partition_point(|frame| frame.tick < end);
-            let frames = chunk.frames[..upto].iter();
-            let samples = frames.map(|frame| (frame.servo_sample, self.servo.seconds(frame.tick)));
-            let points = chunk.outputs.motors(method + 1, samples);
-            observer.motors(method, &points);
+            for frames in chunk.frames[..upto].chunks(MOTOR_FRAMES) {
+                let samples = frames
+                    .iter()
+                    .map(|frame| (frame.servo_sample, self.servo.seconds(frame.tick)));
+                chunk.outputs.motors(method + 1, samples, &mut points);
+                observer.motors(method, &points);
+            }
         }
+        self.motors = points;
     }
 
     fn report_rows(&self, observer: &mut dyn Observer, texts: &mut BlockTexts) {
