@@ -26,6 +26,10 @@ const MOST_CYCLES: usize = 256;
 /// an axis comes back mostly; 96 kB.
 const PAST_CYCLES: usize = 4000;
 
+/// Servo ticks without a correction from which on nothing is corrected. A choice: 2 ms, while a traverse
+/// is at zero for one tick.
+const IDLE_TICKS: u32 = 8;
+
 /// Part of the half gap from which on a load is on its flank: less by rounding.
 const MET_SHARE: f64 = 0.999;
 
@@ -53,6 +57,8 @@ impl Mass {
 pub(super) struct Foresee {
     /// Without a correction, and with that of the moment.
     masses: [Mass; 2],
+    /// Servo ticks without a correction.
+    idle: u32,
     /// Servo ticks since the last command cycle began.
     tick: u32,
     /// Cycles since the last question.
@@ -77,6 +83,7 @@ impl Foresee {
     pub(super) fn at(place: f64) -> Foresee {
         Foresee {
             masses: [Mass { place, speed: 0.0 }; 2],
+            idle: IDLE_TICKS,
             ..Foresee::default()
         }
     }
@@ -103,7 +110,14 @@ impl Foresee {
         }
         let [without, with] = &mut self.masses;
         without.step([motor - offset, speed], half_gap, load, h);
-        if offset != 0.0 {
+        // a traverse passes through zero
+        self.idle = if offset == 0.0 {
+            self.idle.saturating_add(1)
+        } else {
+            0
+        };
+        let corrected = self.idle < IDLE_TICKS;
+        if corrected {
             with.step([motor, speed], half_gap, load, h);
         } else {
             *with = *without;
@@ -133,7 +147,7 @@ impl Foresee {
         self.kept.push(known.map(|half_gap| {
             if half_gap <= 0.0 || hangs {
                 [twin.load_position; 2]
-            } else if offset != 0.0 {
+            } else if corrected {
                 self.masses.map(|mass| mass.place - wound)
             } else {
                 [self.masses[0].place - wound, twin.load_position]
@@ -243,6 +257,33 @@ mod tests {
             mass.step([0.0, 0.0], 0.1, &LOAD, h);
         }
         assert!((mass.place - (-0.1 + 0.02)).abs() < 3e-4, "{}", mass.place);
+    }
+
+    #[test]
+    fn a_traverse_that_passes_through_zero_is_still_a_correction() {
+        let (half_gap, h) = (1e-3, Clock::SERVO.period_s());
+        let mut foresee = Foresee::at(0.0);
+        // towed forth at 0.2 rad/s with the correction on, which then turns around while the motor slows
+        // down as friction does, 100 rad/s2: the load goes on by itself, wherever the motor is
+        let (mut position, mut speed) = (0.0, 0.2);
+        let mut before = 0.0;
+        for tick in 0..440_i32 {
+            let share = (f64::from(tick - 404) / 4.0).clamp(-1.0, 1.0);
+            let offset = -half_gap * share;
+            if tick > 400 {
+                speed -= 100.0 * h;
+            }
+            position += speed.max(0.0) * h;
+            let twin = Shown {
+                motor_velocity: speed.max(0.0),
+                load_position: position,
+                ..Shown::default()
+            };
+            foresee.step([position + offset, offset], Some(half_gap), (&LOAD, true), &twin, 1);
+            let [_, with] = foresee.masses.map(|mass| mass.place);
+            assert!(tick == 0 || with - before < 0.21 * h, "{tick}: {with} {before}");
+            before = with;
+        }
     }
 
     #[test]

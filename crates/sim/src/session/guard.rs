@@ -38,17 +38,20 @@ const NO_WORSE: (f64, u32) = (2.0, 2);
 /// Time before which nothing counts as worse, s; with a memory, as long as for `NO_WORSE`. A choice: at
 /// the start of a motion nobody knows where a load lies in its gap.
 const LEAST_S: f64 = 1.0;
-/// Time for which an axis stands beside others that move until it holds nobody back, s. A choice: the
-/// tool axis of a part in a plane is out after this time, the legs of a square are mostly shorter.
-const STILL_S: f64 = 2.0;
+/// How often another axis comes back after an axis did until that one holds nobody back. A choice: the
+/// tool axis of a part in a plane is out soon; where both come back in turn it is at most twice, on waves of
+/// two to one and of three to two.
+const OTHERS_RETURNS: u32 = 3;
 /// RMS with a correction over that without from which on it is worse. A choice: half of what counts
 /// as worse in the study.
 const WORSE_RMS: f64 = 1.01;
-/// Time after which what was foreseen is forgotten while nothing was corrected yet, s; twice as long each
-/// time. A choice: loads are learned within a few reversals, and what was foreseen before was wrong.
-const PATIENCE_S: f64 = 6.0;
-/// What the peak may be more by before correcting begins, mm. A choice: half of what counts as worse.
-const BETTER_PEAK_MM: f64 = 2.5e-4;
+/// How often each axis comes back, and the least time, s, until what was foreseen is forgotten while nothing
+/// was corrected yet; twice as often each time. A choice: loads are learned within a few reversals, and
+/// what was foreseen before was wrong.
+const PATIENCE: (u32, f64) = (3, 1.0);
+/// Peak with a correction over that without up to which correcting begins, and what may be on top, mm. A
+/// choice: half of what counts as worse.
+const BETTER_PEAK: (f64, f64) = (1.01, 2.5e-4);
 /// Peak with a correction over that without from which on it is worse, and what may be on top, mm: what
 /// counts as worse in the study.
 const WORSE_PEAK: (f64, f64) = (1.02, 5e-4);
@@ -65,14 +68,16 @@ pub(super) struct Guard {
     time_s: f64,
     /// By axis, its last direction and how often it came back.
     turns: Vec<(f64, u32)>,
-    /// By axis, for how long the others have moved since it did, s.
-    still_s: Vec<f64>,
+    /// By axis, how often each had come back when it did.
+    since: Vec<Vec<u32>>,
+    /// By axis, whether it has not come back for so long that its load stays on its flank.
+    stays: Vec<bool>,
     /// How often it did while measuring.
     returns: Vec<u32>,
     /// What could not be measured yet, since an axis was not known; the oldest first.
     held: VecDeque<Held>,
-    /// Time after which what was measured is forgotten while nothing is corrected, s.
-    patience_s: f64,
+    /// How often each axis comes back until what was measured is forgotten while nothing is corrected.
+    patience: u32,
     /// Whether it ever corrected.
     corrected: bool,
     corrects: bool,
@@ -129,10 +134,11 @@ impl Guard {
             peaks: [0.0; 2],
             time_s: 0.0,
             turns: vec![(0.0, 0); axes],
-            still_s: vec![0.0; axes],
+            since: vec![vec![0; axes]; axes],
+            stays: vec![true; axes],
             returns: vec![0; axes],
             held: VecDeque::new(),
-            patience_s: PATIENCE_S,
+            patience: PATIENCE.0,
             corrected: corrects,
             corrects,
             from_start: corrects,
@@ -159,13 +165,7 @@ impl Guard {
     ) {
         // what comes back counts from the start: it is of the path, not of what is foreseen
         let mut returned = 0;
-        for (axis, ((turn, still_s), info)) in self
-            .turns
-            .iter_mut()
-            .zip(&mut self.still_s)
-            .zip(axes)
-            .enumerate()
-        {
+        for (axis, (turn, info)) in self.turns.iter_mut().zip(axes).enumerate() {
             let speed = sample.velocity[info.id];
             // below it an axis stands: rounding of the planner
             let speed = if speed.abs() > STANDSTILL_PER_S {
@@ -173,11 +173,6 @@ impl Guard {
             } else {
                 0.0
             };
-            if speed != 0.0 {
-                *still_s = 0.0;
-            } else if sample.path_speed > 0.0 {
-                *still_s += clock.period_s();
-            }
             if speed * turn.0 < 0.0 {
                 turn.1 += 1;
                 returned |= 1 << axis;
@@ -186,12 +181,15 @@ impl Guard {
                 turn.0 = speed;
             }
         }
-        // until an axis comes back, and while it stands beside others that move, its load stays where it is;
+        if returned != 0 {
+            self.note_returns(returned);
+        }
+        // until an axis comes back, and while others do time and again, its load stays on its flank;
         // else one that is not known holds the others back: one set right alone can be worse than neither
         let mut pair = *pair;
         self.held_back = false;
-        for (((_, count), still_s), info) in self.turns.iter().zip(&self.still_s).zip(axes) {
-            if *count == 0 || *still_s > STILL_S {
+        for (stays, info) in self.stays.iter().zip(axes) {
+            if *stays {
                 pair.iter_mut()
                     .for_each(|joints| joints[info.id] = sample.position[info.id]);
             }
@@ -212,6 +210,20 @@ impl Guard {
         // the path is measured in its order
         self.measure_held(clock, (tracker, modes));
         self.measure(&command, clock, (tracker, modes));
+    }
+
+    /// Notes, by bits, which axes come back now.
+    fn note_returns(&mut self, returned: u32) {
+        for (axis, (since, stays)) in self.since.iter_mut().zip(&mut self.stays).enumerate() {
+            if (returned >> axis) & 1 != 0 {
+                since.clear();
+                since.extend(self.turns.iter().map(|(_, count)| count));
+                *stays = false;
+            }
+            // one that never came back has its first flank
+            let mut others = since.iter().zip(&self.turns);
+            *stays |= others.any(|(since, (_, count))| *count >= since + OTHERS_RETURNS);
+        }
     }
 
     /// Takes what an axis foresees of the last commands, now that it is known; the last is the newest.
@@ -297,10 +309,10 @@ impl Guard {
 
     /// Whether each axis came back so often since measuring began; one that never does need not.
     fn came_back(&self, times: u32) -> bool {
-        let mut axes = self.turns.iter().zip(&self.still_s).zip(&self.returns);
-        axes.clone().all(|(((_, count), still_s), returns)| {
-            *count == 0 || *still_s > STILL_S || *returns >= times
-        }) && axes.any(|(_, returns)| *returns > 0)
+        let mut axes = self.stays.iter().zip(&self.returns);
+        axes.clone()
+            .all(|(stays, returns)| *stays || *returns >= times)
+            && axes.any(|(_, returns)| *returns > 0)
     }
 
     /// Decides anew; to be asked at the same times of the motion whatever the chunks.
@@ -321,12 +333,13 @@ impl Guard {
             return;
         }
         let clearly = without - with >= CLEARLY.0 * self.changed && seen(CLEARLY.1, CLEARLY.2);
-        let peaks = self.peaks[1] <= self.peaks[0] + BETTER_PEAK_MM;
+        let peaks = self.peaks[1] <= BETTER_PEAK.0 * self.peaks[0] + BETTER_PEAK.1;
         let no_worse = with <= without && seen_all;
+        let impatient = seen(self.patience, PATIENCE.1);
         self.corrects = peaks && without > 0.0 && (clearly || no_worse);
         // what was foreseen while the load was known less well is forgotten
-        if !self.corrects && !self.corrected && self.time_s > self.patience_s {
-            self.patience_s *= 2.0;
+        if !self.corrects && !self.corrected && impatient {
+            self.patience = self.patience.saturating_mul(2);
             (self.time_s, self.squares, self.peaks) = (0.0, [0.0; 2], [0.0; 2]);
             self.changed = 0.0;
             self.returns.fill(0);
@@ -347,6 +360,7 @@ mod tests {
             time_s,
             turns: vec![(1.0, times), (-1.0, times), (0.0, 0)],
             returns: vec![times, times, 0],
+            stays: vec![false, false, true],
             ..Guard::new(3, corrects)
         };
         guard.decide();
@@ -373,6 +387,42 @@ mod tests {
         assert!(!seen(true, 2, 10.0, worse, peaks));
         assert!(seen(true, 2, 10.0, [1.0, 1.005], [1.0, 1.0203]));
         assert!(!seen(true, 2, 10.0, [1.0, 0.5], [1.0, 1.03]));
+    }
+
+    #[test]
+    fn an_axis_beside_others_that_come_back_time_and_again_stays_on_its_flank() {
+        let mut guard = Guard::new(2, false);
+        let mut came = |axis: usize| {
+            guard.turns[axis].1 += 1;
+            guard.note_returns(1 << axis);
+            guard.stays.clone()
+        };
+        assert_eq!(came(0), [false, true]);
+        assert_eq!(came(1), [false, false]);
+        // two of one to one of the other
+        for axis in [0, 0, 1, 0, 0] {
+            assert_eq!(came(axis), [false, false]);
+        }
+        // the first alone, until the other comes back
+        assert_eq!(came(0), [false, true]);
+        assert_eq!(came(1), [false, false]);
+    }
+
+    #[test]
+    fn what_was_foreseen_first_is_forgotten_after_some_returns() {
+        let mut guard = Guard {
+            squares: [1.0, 0.5],
+            peaks: [1.0, 2.0],
+            time_s: 1.5,
+            returns: vec![2, 3],
+            stays: vec![false, false],
+            ..Guard::new(2, false)
+        };
+        guard.decide();
+        assert!(guard.time_s > 0.0 && guard.patience == 3);
+        guard.returns = vec![3, 3];
+        guard.decide();
+        assert!(guard.time_s == 0.0 && guard.patience == 6 && guard.share() == 0.0);
     }
 
     #[test]
