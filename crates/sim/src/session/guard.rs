@@ -7,7 +7,7 @@
 //! not the worse one.
 //!
 //! ```text
-//! better   rms without^2 - rms with^2 >= 0.5 rms (without - with)^2 over 0.3 s in which each axis came back once    and peak with <= peak without + 0.25 um
+//! better   rms without^2 - rms with^2 >= 0.5 rms (without - with)^2 over 0.3 s in which each axis came back once    and peak with <= 1.01 peak without + 0.25 um
 //! no worse rms with <= rms without over 2 s in which each axis came back twice   and the same
 //! worse    rms with > 1.01 rms without, or peak with > 1.02 peak without + 0.5 um
 //! ```
