@@ -89,4 +89,12 @@ pub trait Compensator: Send + Sync + 'static {
 
     /// Told some times a second: the least [`Compensator::readiness`] of the machine's other axes.
     fn heed(&self, _state: &mut Self::State, _others: f64) {}
+
+    /// Where the load would be without a correction, and with the whole of it, rad: at the first servo
+    /// tick of each command cycle since the last [`Compensator::heed`], up to a bound; of cycles
+    /// before it, too, once the method knows what it did not know then. The last is the newest.
+    /// `None` while the method does not know; nothing where it never says.
+    fn foreseen<'a>(&self, _state: &'a Self::State) -> &'a [Option<[f64; 2]>] {
+        &[]
+    }
 }

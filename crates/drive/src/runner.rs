@@ -144,6 +144,9 @@ pub trait AxisRunner: Send {
     /// [`crate::Compensator::heed`] of its compensator.
     fn heed(&mut self, others: f64);
 
+    /// [`crate::Compensator::foreseen`] of its compensator.
+    fn foreseen(&self) -> &[Option<[f64; 2]>];
+
     /// Then its [`CurrentLoop::periods`] periods of the current loop.
     fn current_loop(&mut self) -> CurrentLoop<'_>;
 }

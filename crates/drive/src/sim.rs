@@ -273,6 +273,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
             .heed(&mut self.state.compensator, others);
     }
 
+    fn foreseen(&self) -> &[Option<[f64; 2]>] {
+        self.model.compensator.foreseen(&self.state.compensator)
+    }
+
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
         let signals = self.model.signals([reference, next], seen);

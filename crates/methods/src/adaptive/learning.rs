@@ -52,6 +52,9 @@ const ANCHORS_RATIO: f64 = 1.5;
 /// Ratio by which the inertia may leave their range. A choice: narrower would not follow a workpiece
 /// that is put on, wider lets friction take the error.
 const ANCHORED_RATIO: f64 = 1.1;
+/// The same of fewer readings. A choice: as far apart as readings may be that agree; loads that bounce
+/// took the inertia to ten times within a second (20261124-10, 990019-8).
+const FEW_ANCHORED_RATIO: f64 = 1.5;
 
 /// The filter, and the block or reversal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,21 +136,31 @@ impl LearningState {
         self.filter.learn(mean, covariance, &units(inertia, rated));
     }
 
-    /// Takes the inertia (over that of the motor) that a reading found which agrees with others.
+    /// Takes the inertia (over that of the motor) that a reading found which agrees with others; one that
+    /// no load has is not held on to.
     pub(super) fn anchor(&mut self, inertia: f64) {
+        if !(LEAST_INERTIA..=LARGEST_INERTIA).contains(&inertia) {
+            return;
+        }
         self.anchors.rotate_right(1);
         self.anchors[0] = inertia;
     }
 
     /// The least and the most inertia that the readings allow, over that of the motor: near what the
-    /// last ones found, where they agree.
+    /// last ones found, where they agree, and not far from the first ones.
     fn anchored(&self) -> [f64; 2] {
-        let [least, most] = self.anchor_range();
-        if self.is_anchored() {
-            [least / ANCHORED_RATIO, most * ANCHORED_RATIO]
-        } else {
-            [LEAST_INERTIA, LARGEST_INERTIA]
-        }
+        let found = || self.anchors.iter().copied().filter(|inertia| *inertia > 0.0);
+        let ratio = match found().count() {
+            0 => return [LEAST_INERTIA, LARGEST_INERTIA],
+            ANCHORS if self.is_anchored() => ANCHORED_RATIO,
+            ANCHORS => return [LEAST_INERTIA, LARGEST_INERTIA],
+            _ => FEW_ANCHORED_RATIO,
+        };
+        let (least, most) = (found().reduce(f64::min), found().reduce(f64::max));
+        [
+            least.unwrap_or(LEAST_INERTIA) / ratio,
+            most.unwrap_or(LARGEST_INERTIA) * ratio,
+        ]
     }
 
     /// Whether the last readings agree on the inertia of the load.
@@ -317,9 +330,16 @@ mod tests {
     fn readings_that_agree_on_the_inertia_bound_it() {
         let mut state = LearningState::new();
         assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
-        for inertia in [2.0, 9.0, 2.2, 2.1] {
+        // what no load has is not held on to
+        state.anchor(0.01);
+        state.anchor(f64::NAN);
+        assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
+        state.anchor(2.0);
+        assert_eq!(state.anchored(), [2.0 / 1.5, 2.0 * 1.5]);
+        for inertia in [9.0, 2.2, 2.1] {
             state.anchor(inertia);
         }
+        assert_eq!(state.anchored(), [LEAST_INERTIA, LARGEST_INERTIA]);
         // one of them is far off
         assert!(!state.is_anchored());
         state.anchor(2.0);

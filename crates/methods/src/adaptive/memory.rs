@@ -1,5 +1,6 @@
 //! What the method knows as a memory, a start from one, and what it shows of its learning.
 
+use super::foresee::Foresee;
 use super::learning::{LARGEST_INERTIA, LearningState};
 use super::load_filter::LEAST_INERTIA;
 use super::said::Said;
@@ -41,10 +42,12 @@ impl Adaptive {
             load,
             watch: Watch::default(),
             reading: None,
+            since_reading: 0,
             last: None,
             used: if nil { 0.0 } else { gap.used() },
             gap,
             trust: Trust::remembering(!learned.floats, nil),
+            foresee: Foresee::at(motor_position),
         }
     }
 

@@ -17,8 +17,8 @@
 //! 6. Consensus: the groups of the last readings that agree; of those that are large enough the one
 //!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
 //!    its crossing well hands the load that it found back to `learning`.
-//! 7. Trust: the gap is used where friction certainly holds the load, and as far as the axes that
-//!    move with it are ready (`trust`).
+//! 7. Trust: the gap is used where friction certainly holds the load, the inertia is known where it
+//!    matters, and as far as the axes that move with it are ready (`trust`).
 //! 8. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
 //!
 //! ```text
@@ -52,6 +52,7 @@
 //! Identification*, 1999.
 
 mod bridge;
+mod foresee;
 mod lanes;
 mod learning;
 mod load_filter;
@@ -68,6 +69,7 @@ use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
+use foresee::Foresee;
 use lanes::Known;
 use learning::{LearningState, Seen};
 use lostmotion_base::Clock;
@@ -160,6 +162,13 @@ const ALONE_MISFIT: f64 = 20.0;
 /// about as much.
 const LARGEST_INERTIA_DOUBT: f64 = 0.35;
 
+/// Servo ticks between the starts of two readings once the gap is known: 2 s. A choice: a gap wears in
+/// weeks and warms in minutes; shorter follows faster drifts, longer saves the reading, which costs
+/// most of what this method computes.
+const READING_PAUSE_TICKS: u32 = 8000;
+/// Readings that have to agree for that. A choice: half of those that are kept.
+const READINGS_TO_PAUSE: u32 = 4;
+
 /// Part of the gap within which a reading agrees with the others, so that the load that it found
 /// is one to hold on to.
 const AGREEING_SHARE: f64 = 0.1;
@@ -177,6 +186,8 @@ pub struct Adaptive {
     negligible: f64,
     /// What it starts from.
     remembered: Option<Learned>,
+    /// Servo ticks in a command cycle.
+    cycle_ticks: u32,
 }
 
 /// What it has learned, and the reading under way.
@@ -187,12 +198,15 @@ pub struct AdaptiveState {
     learning: LearningState,
     watch: Watch,
     reading: Option<Reading>,
+    /// Servo ticks since the last reading began.
+    since_reading: u32,
     /// The last reading, for traces.
     last: Option<GapReading>,
     gap: Readings,
     /// Half gap that is used, rad; 0 for none.
     used: f64,
     trust: Trust,
+    foresee: Foresee,
 }
 
 impl Registered for Adaptive {
@@ -268,6 +282,7 @@ impl Registered for Adaptive {
                 _ => NEGLIGIBLE_HALF_GAP_MM * config.transmission.motor_rad_per_unit(),
             },
             remembered: config.compensation.learned.map(|memory| memory.learned),
+            cycle_ticks: config.cycles.servo_ticks() as u32,
         }
     }
 }
@@ -275,9 +290,13 @@ impl Registered for Adaptive {
 impl Adaptive {
     /// Starts to read a window, unless another one is being read or the load is unknown.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
-        if !state.learning.known || state.reading.is_some() {
+        let pauses = state.gap.count >= READINGS_TO_PAUSE
+            && state.crossing.trusts_twin
+            && state.since_reading < READING_PAUSE_TICKS;
+        if !state.learning.known || state.reading.is_some() || pauses {
             return;
         }
+        state.since_reading = 0;
         let prior = Prior {
             load: state.load,
             covariance: state
@@ -331,7 +350,7 @@ impl Adaptive {
         }
         // what explains a crossing so well knows the load behind it, too
         if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp {
-            let agrees = state.gap.count > 1
+            let agrees = state.gap.count > 0
                 && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
             state
                 .learning
@@ -411,10 +430,12 @@ impl Compensator for Adaptive {
             learning: LearningState::new(),
             watch: Watch::default(),
             reading: None,
+            since_reading: 0,
             last: None,
             gap: Readings::default(),
             used: 0.0,
             trust: Trust::NONE,
+            foresee: Foresee::at(motor_position),
         }
     }
 
@@ -465,6 +486,11 @@ impl Compensator for Adaptive {
 
     fn heed(&self, state: &mut AdaptiveState, others: f64) {
         state.trust.heed(others);
+        state.foresee.clear();
+    }
+
+    fn foreseen<'a>(&self, state: &'a AdaptiveState) -> &'a [Option<[f64; 2]>] {
+        state.foresee.kept()
     }
 
     fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
@@ -472,6 +498,13 @@ impl Compensator for Adaptive {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // used as far as this axis and those that move with it are ready
         let used = state.trust.used(state.used);
+        state.foresee.step(
+            [signals.motor_position, state.crossing.traverse.now()],
+            state.trust.known(state.used),
+            (&state.load, state.learning.known),
+            &state.crossing.before,
+            self.cycle_ticks,
+        );
         let mut correction = self
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
@@ -483,7 +516,16 @@ impl Compensator for Adaptive {
             state
                 .trust
                 .step(&signals.reference, state.crossing.side, friction);
+            let doubt = if state.learning.is_anchored() {
+                0.0
+            } else {
+                state.learning.inertia_doubt()
+            };
+            state
+                .trust
+                .weigh(&signals.reference, &state.load, doubt, state.used);
         }
+        state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on
         if let Some(window) = state.watch.step(
             &self.motor,

@@ -293,6 +293,10 @@ impl<C: Compensator> Compensator for Observed<C> {
         self.compensator.heed(&mut state.compensator, others);
     }
 
+    fn foreseen<'a>(&self, state: &'a Self::State) -> &'a [Option<[f64; 2]>] {
+        self.compensator.foreseen(&state.compensator)
+    }
+
     fn learning(&self, state: &Self::State) -> Option<Learning> {
         self.compensator.learning(&state.compensator)
     }

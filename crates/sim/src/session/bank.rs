@@ -1,16 +1,20 @@
 //! All axes of all variants of the machine, stepped side by side.
 
+use super::guard::Guard;
 use super::outputs::{AxisInfo, Beam, LaneLayout, Outputs};
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
-use lostmotion_base::Coords;
+use crate::motion::Modes;
+use lostmotion_base::{Clock, Coords};
+use lostmotion_contour::ContourTracker;
 use lostmotion_drive::{
     AxisBatch, AxisError, AxisOutput, AxisRunner, Learning, Setpoint, Tie, TiedAxes,
 };
 use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -45,6 +49,12 @@ pub(crate) struct Bank {
     exchange_cycles: usize,
     /// Command cycles since the last one.
     since_exchange: usize,
+    /// By variant, whether its compensators may correct; `None` where none asks.
+    guards: Vec<Option<Guard>>,
+    /// Samples of the plan that references have yet to reach, oldest first, as far as guards need
+    /// them.
+    pending: VecDeque<Sample>,
+    command: Clock,
     delay_ticks: u32,
     layout: Arc<LaneLayout>,
     with_trace: bool,
@@ -191,17 +201,32 @@ impl Bank {
         let drive_of = order.iter().map(|lane| lanes[*lane].drive).collect();
         // Every variant has as many lanes, one behind the other.
         let drives = count + usize::from(layout.gantry.is_some());
-        let variant_of = order.iter().map(|lane| lane / drives.max(1)).collect();
+        let variant_of: Vec<usize> = order.iter().map(|lane| lane / drives.max(1)).collect();
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
-        let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
-        let heeded = batch.axes().any(AxisRunner::heeds_others);
+        let mut batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
+        // With a memory corrections are used from the start, without one as soon as they certainly help.
+        let mut guards: Vec<Option<Guard>> = variants.iter().map(|_| None).collect();
+        for (lane, axis) in batch.axes().enumerate() {
+            if axis.heeds_others() {
+                guards[variant_of[lane]].get_or_insert_with(|| Guard::new(count, memory.is_some()));
+            }
+        }
+        let heeded = guards.iter().any(Option::is_some);
+        for (lane, axis) in batch.axes_mut().enumerate() {
+            // What was foreseen while the machine settled is nobody's contour.
+            let share = guards[variant_of[lane]].as_ref().map_or(1.0, Guard::share);
+            axis.heed(share);
+        }
         Ok(Bank {
             exchange_cycles: if heeded {
                 ((EXCHANGE_S / machine.cycles().command().period_s()).round() as usize).max(1)
             } else {
                 0
             },
+            guards,
+            pending: VecDeque::new(),
+            command: machine.cycles().command(),
             since_exchange: 0,
             setpoints: vec![Vec::new(); drives],
             batch,
@@ -281,12 +306,13 @@ impl Bank {
     }
 
     /// Steps every lane through a chunk of samples and appends to its output. `forces` has the force
-    /// on each joint's load (N or N m) for each sample, or is empty.
+    /// on each joint's load (N or N m) for each sample, or is empty. On the path guards measure.
     pub(crate) fn run(
         &mut self,
         samples: &[Sample],
         forces: &[Coords],
         outputs: &mut Outputs,
+        path: (&ContourTracker, &Modes),
     ) -> Result<(), SimError> {
         // Joint units of the plan to axis units, with the load's share of the cutting force.
         for (info, setpoints) in self.layout.axes.iter().zip(&mut self.setpoints) {
@@ -320,13 +346,67 @@ impl Bank {
             };
             self.step(from..to, &mut outputs.lanes)?;
             self.since_exchange += to - from;
+            if self.exchange_cycles > 0 {
+                self.pending.extend(&samples[from..to]);
+            }
             if self.since_exchange == self.exchange_cycles {
+                self.judge(path);
                 self.exchange();
                 self.since_exchange = 0;
             }
             from = to;
         }
         Ok(())
+    }
+
+    /// The oldest command that something may yet be asked of: of the segments before its own nothing
+    /// is needed any more.
+    pub(crate) fn oldest_pending(&self) -> Option<&Sample> {
+        let held = self.guards.iter().flatten().filter_map(Guard::oldest);
+        held.chain(self.pending.front())
+            .min_by_key(|sample| sample.tick)
+    }
+
+    /// Shows each guard what the drives of its variant have foreseen since the last exchange.
+    fn judge(&mut self, path: (&ContourTracker, &Modes)) {
+        let (cycles, delay) = (self.exchange_cycles, self.delay_ticks as usize);
+        let foreseen: Vec<&[Option<[f64; 2]>]> =
+            self.batch.axes().map(AxisRunner::foreseen).collect();
+        // A cycle shows the axes under the command of the delay before; those before the first
+        // command are left out.
+        let first = (cycles + delay).saturating_sub(self.pending.len());
+        for (variant, guard) in self.guards.iter_mut().enumerate() {
+            let Some(guard) = guard.as_mut().filter(|_| !self.ended[variant]) else {
+                continue;
+            };
+            let lanes = self.layout.lanes_of(variant);
+            // What an axis foresees of the time before, now that it knows.
+            for (info, lane) in self.layout.axes.iter().zip(lanes) {
+                let places = foreseen.get(*lane).copied().unwrap_or_default();
+                let before = places.len().saturating_sub(cycles);
+                guard.recall(info, &places[..before]);
+            }
+            guard.catch_up(self.command, path);
+            for (sample, cycle) in self.pending.iter().zip(first..cycles) {
+                let mut pair = [sample.position; 2];
+                for (info, lane) in self.layout.axes.iter().zip(lanes) {
+                    let places = foreseen
+                        .get(*lane)
+                        .and_then(|places| places.get(cycle + places.len().saturating_sub(cycles)));
+                    // An axis that foresees nothing counts as if it were where it has to be.
+                    let Some(places) = places else { continue };
+                    // What is not known is not a number.
+                    let places = places.unwrap_or([f64::NAN; 2]);
+                    for (joints, place) in pair.iter_mut().zip(places) {
+                        joints[info.id] = place * info.units_per_rad / info.units;
+                    }
+                }
+                guard.take(sample, &pair, (&self.layout.axes, self.command), path);
+            }
+            guard.decide();
+        }
+        let answered = self.pending.len().saturating_sub(delay);
+        self.pending.drain(..answered);
     }
 
     /// Tells each compensator the least readiness of the other axes of its variant.
@@ -348,7 +428,8 @@ impl Bank {
                         None
                     }
                 });
-            axis.heed(others.fold(1.0, f64::min));
+            let guard = self.guards[self.variant_of[lane]].as_ref();
+            axis.heed(others.fold(guard.map_or(1.0, Guard::share), f64::min));
         }
     }
 

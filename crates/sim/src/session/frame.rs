@@ -49,7 +49,7 @@ pub(crate) fn contour_input(frame: &Frame, actual: &ToolPose) -> ContourInput {
 }
 
 /// Speed below which a joint stands still, mm/s or rad/s: rounding of the planner.
-const STANDSTILL_PER_S: f64 = 1e-9;
+pub(super) const STANDSTILL_PER_S: f64 = 1e-9;
 
 /// Pairs servo samples with the commands that they answer to, across chunks.
 #[derive(Clone, Debug, Default)]

@@ -3,6 +3,7 @@
 //! ```text
 //! cutting  samples -> forces on the loads                          (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
+//! guard    what drives foresee -> whether they may correct        (guard.rs)
 //! frame    servo ticks paired with the commands they answer to     (frame.rs)
 //! stepper  chunk by chunk: plan, forces, axes, ticks               (stepper.rs)
 //! monitor  following error, travel, overload: where the machine stops (monitor.rs)
@@ -17,6 +18,7 @@ mod bank;
 mod collect;
 mod cutting;
 mod frame;
+mod guard;
 mod monitor;
 mod outputs;
 mod recorder;

@@ -227,6 +227,8 @@ impl Stepper {
             monitors,
             ..
         } = self;
+        // Read by those who judge and by those who guard.
+        let tracker = &*tracker;
         let look = || (!is_first).then(|| beside(before, tracker));
         let forces = match begun {
             Ok(forces) => forces,
@@ -234,7 +236,8 @@ impl Stepper {
         };
         let (most, over, with_learning) = (self.chunk_samples, chunk.over, self.with_learning);
         let mut axes = || {
-            bank.run(&chunk.samples, &forces, &mut chunk.outputs)?;
+            let path = (tracker, &chunk.modes);
+            bank.run(&chunk.samples, &forces, &mut chunk.outputs, path)?;
             let outputs = &chunk.outputs;
             // Each servo tick is paired with the command that it answers to, the delay taken out.
             aligner.frames(
@@ -351,9 +354,15 @@ impl Stepper {
         self.monitors.get(variant)?.as_ref()?.used(drive)
     }
 
-    /// Forgets segments that no sample behind a place can touch; gives the first that is kept.
+    /// Forgets segments that no sample behind a place can touch, and no guard; gives the first that is
+    /// kept.
     pub(crate) fn release(&mut self, place: Option<(u64, f64)>) -> Option<u64> {
-        let (segment, s) = place?;
+        let judged = place?;
+        let pending = self.bank.oldest_pending();
+        let (segment, s) = pending
+            .map(|sample| (sample.segment, sample.s))
+            .filter(|(segment, _)| *segment < judged.0)
+            .unwrap_or(judged);
         self.tracker.release(segment, s)
     }
 }
