@@ -39,9 +39,6 @@ const NEXT_LOOK: usize = 16;
 /// A curve has to take less than this part of the time of the section vertex by vertex. A choice: the
 /// estimate errs by about the rest, and a curve that gains nothing leaves more of the program.
 const FASTER_PART: f64 = 0.99;
-/// No curve is looked for where a straight way would take this part of the time or more. A choice:
-/// a third of what a curve has to gain, so that what is lost is small.
-const AT_FEED_PART: f64 = 0.997;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -320,15 +317,12 @@ impl Conditioner {
         }
         let mut whole = steps.clone();
         joiner.clone().stop(Stop::default(), judge, &mut whole);
-        let [moves_s, straight_s] = judge.times_s(&whole);
-        // Where the feed alone limits the motion, no curve is faster.
-        let most_s = FASTER_PART * moves_s;
-        let found = if AT_FEED_PART * moves_s > straight_s {
-            self.find(from, start, to, end)
-                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
-        } else {
-            None
-        };
+        let found = judge
+            .time_to_beat_s(&whole, FASTER_PART)
+            .and_then(|most_s| {
+                self.find(from, start, to, end)
+                    .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+            });
         found.ok_or_else(|| {
             self.joiner = joiner;
             steps

@@ -223,6 +223,8 @@ impl TubeExcess {
                 self.sides[k] = self.sides[k].max(part);
             }
         }
+        // In the order of their intervals, as the fit takes them.
+        sites.sort_by_key(|site| site.interval);
         let factor = NARROWED[0] + NARROWED[1] * round as f64;
         let reach = round.min(2);
         for site in sites {
