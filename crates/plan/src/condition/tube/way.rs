@@ -31,7 +31,7 @@ const STEP_GROWTH: f64 = 0.35;
 
 /// A straight stretch of the way: a line or a chord of an arc.
 #[derive(Clone, Copy, Debug)]
-struct Leg {
+struct TubeLeg {
     /// The move under it, and the parameters on that at its ends.
     line: usize,
     from: f64,
@@ -42,7 +42,7 @@ struct Leg {
 #[derive(Debug)]
 pub(crate) struct Way<'a> {
     lines: &'a [Programmed],
-    legs: Vec<Leg>,
+    legs: Vec<TubeLeg>,
     /// First place, ends of the legs, last place.
     vertices: Vec<Vec3>,
     /// The parameter at each of them; never falls.
@@ -90,7 +90,7 @@ impl<'a> Way<'a> {
                 } else {
                     place(j + 1)
                 };
-                legs.push(Leg {
+                legs.push(TubeLeg {
                     line: k,
                     from: place(j),
                     to,
@@ -216,7 +216,7 @@ impl<'a> Way<'a> {
 
     /// Growth of the programmed parameter on leg k, per parameter of the way.
     fn rate(&self, k: usize) -> f64 {
-        let Leg { from, to, .. } = self.legs[k];
+        let TubeLeg { from, to, .. } = self.legs[k];
         let span = self.w[k + 1] - self.w[k];
         if span > 0.0 { (to - from) / span } else { 0.0 }
     }
@@ -233,7 +233,7 @@ impl<'a> Way<'a> {
 
     /// The move and the parameter on it, given the leg that holds it.
     pub(super) fn parameter(&self, k: usize, w: f64) -> (usize, f64) {
-        let Leg { line, from, to } = self.legs[k];
+        let TubeLeg { line, from, to } = self.legs[k];
         (line, (from + self.rate(k) * (w - self.w[k])).min(to))
     }
 
