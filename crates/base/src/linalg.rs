@@ -24,21 +24,15 @@ pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &m
     let (rows, x) = (&mut rows[..n], &mut x[..n]);
     // Elimination: each row takes its multiples from the W - 1 rows below it.
     for i in 0..n {
-        let (row, above) = (rows[i], x[i]);
-        let mut factors = row;
-        for (k, factor) in factors.iter_mut().enumerate().skip(1) {
-            // The multiplier L(i + k, i); the row below is left with its entries of the Schur
-            // complement.
-            *factor = row[k] / row[0];
-            if let (Some(below), Some(side)) = (rows.get_mut(i + k), x.get_mut(i + k)) {
-                for (entry, right) in below.iter_mut().zip(&row[k..]) {
-                    *entry -= *factor * right;
-                }
-                // The forward substitution of the right sides goes along.
-                subtract(side, &above, *factor);
-            }
+        if let (Some(rows), Some(x)) = (
+            rows[i..].first_chunk_mut::<W>(),
+            x[i..].first_chunk_mut::<W>(),
+        ) {
+            // The same with lengths that are known, which takes half of the time.
+            eliminate(rows, x);
+        } else {
+            eliminate(&mut rows[i..], &mut x[i..]);
         }
-        rows[i] = factors;
     }
     // Substitution from the last row to the first.
     for i in (0..n).rev() {
@@ -56,6 +50,23 @@ pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &m
             }
         }
         x[i] = value;
+    }
+}
+
+/// Takes the multiples of the first row from those below it.
+#[inline(always)]
+fn eliminate<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &mut [[f64; N]]) {
+    let (row, above) = (rows[0], x[0]);
+    for k in 1..W.min(rows.len()) {
+        // The multiplier L(i + k, i); the row below is left with its entries of the Schur
+        // complement.
+        let factor = row[k] / row[0];
+        rows[0][k] = factor;
+        for (entry, right) in rows[k].iter_mut().zip(&row[k..]) {
+            *entry -= factor * right;
+        }
+        // The forward substitution of the right sides goes along.
+        subtract(&mut x[k], &above, factor);
     }
 }
 

@@ -87,17 +87,26 @@ impl Judge for TimeJudge<'_> {
         self.stretches_s(steps, &mut |intervals| self.stretch_s(intervals))
     }
 
-    fn times_s(&self, steps: &[PathStep]) -> [f64; 2] {
-        let mut straight = Vec::new();
+    fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64> {
+        let stops = |step: &PathStep| matches!(step, PathStep::Stop(_));
+        let one = steps
+            .split_last()
+            .is_some_and(|(_, steps)| !steps.iter().any(stops));
+        let mut out_of_reach = false;
         let time_s = self.stretches_s(steps, &mut |intervals| {
-            straight.push(self.straight_s(intervals));
-            self.stretch_s(intervals)
+            if intervals.is_empty() {
+                return 0.0;
+            }
+            // A shorter window can only make it less, so that the longest one often settles it.
+            let [ideal, long] = self.bounds_s(intervals);
+            out_of_reach |= one && self.straight_s(intervals) >= part * between(ideal, long);
+            if out_of_reach {
+                return between(ideal, long);
+            }
+            let short = self.averaged_s(intervals, 0.5 * self.machine.longest_window_s());
+            between(ideal, long.min(short))
         });
-        let only = match straight.as_slice() {
-            [first, rest @ ..] if rest.iter().all(|rest| *rest == 0.0) => *first,
-            _ => 0.0,
-        };
-        [time_s, only]
+        (!out_of_reach).then_some(part * time_s)
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
@@ -146,8 +155,7 @@ impl TimeJudge<'_> {
         time + stretch_s(&intervals)
     }
 
-    /// About how long a straight way of the same length takes from rest to rest at the same feeds,
-    /// s.
+    /// About how long a straight way of the same length takes from rest to rest at the same feeds, s.
     fn straight_s(&self, intervals: &[Interval]) -> f64 {
         let straight = intervals.iter().map(|interval| {
             let demand = interval.demand.straightened();
@@ -160,28 +168,44 @@ impl TimeJudge<'_> {
         self.stretch_s(&straight.collect::<Vec<Interval>>())
     }
 
-    /// About how long the path from rest to rest takes, s. The averaged profile alone is too slow,
-    /// the one without a jerk limit too fast.
+    /// About how long the path from rest to rest takes, s.
     fn stretch_s(&self, intervals: &[Interval]) -> f64 {
+        let [ideal, long] = self.bounds_s(intervals);
+        let short = self.averaged_s(intervals, 0.5 * self.machine.longest_window_s());
+        between(ideal, long.min(short))
+    }
+
+    /// The time without a jerk limit, and that of the profile averaged over the longest window, s.
+    fn bounds_s(&self, intervals: &[Interval]) -> [f64; 2] {
+        [
+            self.ideal_s(intervals),
+            self.averaged_s(intervals, self.machine.longest_window_s()),
+        ]
+    }
+
+    /// The time from rest to rest if jerk cost no more than one window, s.
+    fn ideal_s(&self, intervals: &[Interval]) -> f64 {
         let Some(last) = intervals.last() else {
             return 0.0;
         };
-        let window = self.machine.longest_window_s();
-        let averaged = |window_s: f64| {
-            let task = Task {
-                machine: self.machine,
-                intervals,
-                from: 0.0,
-                speed_squared: 0.0,
-                complete: true,
-                window_s,
-            };
-            duration_s(&plan(&task).nodes) + window_s
-        };
         let (from, to) = (Node::new(0.0, 0.0), Node::new(last.end, 0.0));
-        let averaged = averaged(window).min(averaged(0.5 * window));
-        let ideal = duration_s(&ideal(self.machine, intervals, from, to)) + window;
-        ideal + AVERAGED_SHARE * (averaged - ideal)
+        duration_s(&ideal(self.machine, intervals, from, to)) + self.machine.longest_window_s()
+    }
+
+    /// The time from rest to rest of the averaged profile, s.
+    fn averaged_s(&self, intervals: &[Interval], window_s: f64) -> f64 {
+        if intervals.is_empty() {
+            return 0.0;
+        }
+        let task = Task {
+            machine: self.machine,
+            intervals,
+            from: 0.0,
+            speed_squared: 0.0,
+            complete: true,
+            window_s,
+        };
+        duration_s(&plan(&task).nodes) + window_s
     }
 
     /// About how long the motions along two pieces overlap at a corner rounded in time, s.
@@ -263,4 +287,9 @@ impl TimeJudge<'_> {
             tolerance,
         )
     }
+}
+
+/// The averaged profile alone is too slow, the one without a jerk limit too fast.
+fn between(ideal_s: f64, averaged_s: f64) -> f64 {
+    ideal_s + AVERAGED_SHARE * (averaged_s - ideal_s)
 }

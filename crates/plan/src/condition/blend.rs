@@ -39,9 +39,9 @@ pub(crate) trait Judge {
     /// About how long the motion along steps takes from rest to rest, s.
     fn time_s(&self, steps: &[PathStep]) -> f64;
 
-    /// The same, and what it would take on a straight way as long, at the same feeds; 0 where it
-    /// rests in between.
-    fn times_s(&self, steps: &[PathStep]) -> [f64; 2];
+    /// A part of the same; `None` where even a straight way as long at the same feeds takes that
+    /// long.
+    fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64>;
 
     /// How soft the motions before and after a stop should be, so that they may overlap.
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;

@@ -112,19 +112,27 @@ const BEND_DEG: f64 = 60.1;
 /// Measured.
 const BEND_REACH: f64 = 120.0;
 
-/// Whether two moves are lines that one curve may take the place of.
+/// The same in units of the root of the tolerance times the radius of an arc. Measured.
+const ARC_REACH: f64 = 40.0;
+/// How many lines an arc counts as in a section. A choice: about as many pieces of a curve lie on it.
+const ARC_WEIGHT: usize = 24;
+
+/// How much a move adds to a section.
+pub(super) fn weight(line: &Programmed) -> usize {
+    match line.curve {
+        Curve::Arc(_) => ARC_WEIGHT,
+        _ => 1,
+    }
+}
+
+/// Whether two moves are lines or arcs that one curve may take the place of.
 pub(super) fn bends(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
-    let lines = matches!(
-        (&before.curve, &next.curve),
-        (Curve::Line(_), Curve::Line(_))
-    );
-    let merged = |line: &Programmed| merge_tolerance(config, line.control).is_some();
-    lines
-        && merged(before)
-        && merged(next)
-        && before.tool_mm == next.tool_mm
-        && [before, next].iter().all(|line| is_linear(line))
-        && is_gentle(config, before, next)
+    let kept = |line: &Programmed| {
+        matches!(line.curve, Curve::Line(_) | Curve::Arc(_))
+            && merge_tolerance(config, line.control).is_some()
+            && is_linear(line)
+    };
+    kept(before) && kept(next) && before.tool_mm == next.tool_mm && is_gentle(config, before, next)
 }
 
 /// Whether lines turn little where they meet, or for no longer than the tolerance.
@@ -155,9 +163,14 @@ fn turn(before: &Programmed, next: &Programmed) -> f64 {
     )
 }
 
-/// How far from where two lines meet a curve leaves them.
+/// How far from where two moves meet a curve leaves them.
 pub(super) fn bent(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> f64 {
-    BEND_REACH * tolerance(config, before, next) / turn(before, next).max(f64::MIN_POSITIVE)
+    let tolerance = tolerance(config, before, next);
+    let turn = turn(before, next).max(f64::MIN_POSITIVE);
+    let [end, start] = [before.curve.eval(before.length).d2, next.curve.eval(0.0).d2];
+    let bend = end.linear_norm().max(start.linear_norm());
+    (BEND_REACH * tolerance / turn)
+        .min(ARC_REACH * (tolerance / bend.max(f64::MIN_POSITIVE)).sqrt())
 }
 
 /// Whether a line is so long that its middle stays as it is.

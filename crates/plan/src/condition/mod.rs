@@ -1,7 +1,7 @@
 //! From programmed moves to the path that is travelled: pieces that join with continuous second
 //! derivative, between stops.
 //!
-//! Lines that meet at small angles are a section: one smooth curve inside the tube of the program
+//! Lines and arcs that meet at small angles are a section: one smooth curve inside the tube of the program
 //! takes its place ([`tube`]), from the middle of its first line to the middle of its last, unless
 //! taking it vertex by vertex ([`moves`]) is faster.
 
@@ -17,7 +17,7 @@ pub(crate) use blend::Judge;
 use crate::PlannerConfig;
 use crate::piece::{PathStep, Piece, Programmed, Stop};
 use joint::Junction;
-use lostmotion_path::HermiteEnd;
+use lostmotion_path::{Curve, HermiteEnd};
 use moves::Joiner;
 use std::sync::Arc;
 use tube::{Found, Tie, Way};
@@ -39,9 +39,6 @@ const NEXT_LOOK: usize = 16;
 /// A curve has to take less than this part of the time of the section vertex by vertex. A choice: the
 /// estimate errs by about the rest, and a curve that gains nothing leaves more of the program.
 const FASTER_PART: f64 = 0.99;
-/// No curve is looked for where a straight way would take this part of the time or more. A choice:
-/// a third of what a curve has to gain, so that what is lost is small.
-const AT_FEED_PART: f64 = 0.997;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -72,7 +69,9 @@ pub(crate) struct Conditioner {
     taken: Taken,
     /// Whether the motion rests where the first line begins, for good.
     rested: bool,
-    /// Number of lines at which the section is looked at.
+    /// Weight of the section's moves: a line is one, an arc as many lines.
+    held: usize,
+    /// The weight at which the section is looked at.
     due: usize,
     /// How often a curve could not be found any further.
     curve_stops: u64,
@@ -87,6 +86,7 @@ impl Conditioner {
             from: 0.0,
             taken: Taken::Open,
             rested: true,
+            held: 0,
             due: FIRST_LOOK,
             curve_stops: 0,
         }
@@ -128,7 +128,8 @@ impl Conditioner {
             }
             Taken::Open | Taken::Curve { .. } => {
                 self.section.push(*next);
-                if self.section.len() >= self.due {
+                self.held += joint::weight(next);
+                if self.held >= self.due {
                     self.work_off(judge, out);
                 }
             }
@@ -147,6 +148,7 @@ impl Conditioner {
     fn begin(&mut self, line: Programmed) {
         self.section.clear();
         self.section.push(line);
+        self.held = joint::weight(&line);
         self.taken = Taken::Open;
         self.due = FIRST_LOOK;
         self.from = 0.0;
@@ -206,10 +208,10 @@ impl Conditioner {
         let pieces = self
             .way(from, last.length)
             .map_or(0, |way| tube::pieces(&way, [start, Tie::Place]));
-        if pieces > 0 && pieces < SECTION_PIECES && self.section.len() < SECTION_LINES {
-            let more = self.section.len() * SECTION_PIECES / pieces;
+        if pieces > 0 && pieces < SECTION_PIECES && self.held < SECTION_LINES {
+            let more = self.held * SECTION_PIECES / pieces;
             self.due = (more + more / 8)
-                .max(self.section.len() + NEXT_LOOK)
+                .max(self.held + NEXT_LOOK)
                 .min(SECTION_LINES);
             return;
         }
@@ -224,13 +226,27 @@ impl Conditioner {
             (_, Err(steps)) => {
                 out.extend(steps);
                 self.section.drain(..self.section.len() - 1);
+                // An arc ends what is taken move by move: what follows may be faster as a curve.
+                if matches!(last.curve, Curve::Arc(_)) {
+                    self.joiner.close(judge, out);
+                    self.rested = false;
+                    self.begin(last);
+                }
             }
             (taken, Ok(mut found)) => {
+                let held = HELD_PIECES.min(found.pieces.len() / 2);
+                // The last move stays whole: how the curve ends on it is not known yet.
+                let last = self.section.len() - 1;
+                let before = found.places.partition_point(|(line, _)| *line < last);
+                let done = (found.pieces.len() - held).min(before);
+                if done == 0 {
+                    self.taken = taken;
+                    self.due = self.held + NEXT_LOOK;
+                    return;
+                }
                 if let Taken::Open = taken {
                     self.joiner.lead_in_to(from, out);
                 }
-                let held = HELD_PIECES.min(found.pieces.len() / 2);
-                let done = found.pieces.len() - held;
                 let rest = found.pieces.split_off(done);
                 let (line, s) = found.places[done - 1];
                 emit(found.pieces, out);
@@ -240,7 +256,8 @@ impl Conditioner {
                 };
                 self.from = s;
                 self.section.drain(..line);
-                self.due = (2 * self.section.len()).max(NEXT_LOOK);
+                self.held = self.section.iter().map(joint::weight).sum();
+                self.due = (2 * self.held).max(NEXT_LOOK);
             }
         }
     }
@@ -303,7 +320,7 @@ impl Conditioner {
             .iter()
             .map(|line| joint::merge_tolerance(&self.config, line.control))
             .collect();
-        Way::new(&self.section, from, to, tolerances?)
+        Way::new(&self.section, from, to, &tolerances?)
     }
 
     /// Takes the section as a curve where that takes clearly less time; else gives the steps vertex
@@ -320,15 +337,12 @@ impl Conditioner {
         }
         let mut whole = steps.clone();
         joiner.clone().stop(Stop::default(), judge, &mut whole);
-        let [moves_s, straight_s] = judge.times_s(&whole);
-        // Where the feed alone limits the motion, no curve is faster.
-        let most_s = FASTER_PART * moves_s;
-        let found = if AT_FEED_PART * moves_s > straight_s {
-            self.find(from, start, to, end)
-                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
-        } else {
-            None
-        };
+        let found = judge
+            .time_to_beat_s(&whole, FASTER_PART)
+            .and_then(|most_s| {
+                self.find(from, start, to, end)
+                    .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+            });
         found.ok_or_else(|| {
             self.joiner = joiner;
             steps

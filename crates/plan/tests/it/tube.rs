@@ -8,7 +8,7 @@ use crate::common::{
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, PlanItem, PlannerConfig, Sample};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 fn seconds(samples: &[Sample]) -> f64 {
     (samples.len() - 1) as f64 * 1e-3
@@ -292,6 +292,83 @@ fn long_stretches_are_found_in_parts() {
     // 300 mm at the feed, a little longer by the sine, start and stop.
     let time = seconds(&samples);
     assert!(time < 1.04 * 3.28 + 0.15, "{time}");
+}
+
+/// The place that it says is also off along the path: on fillets by a little more.
+const FILLETS: [f64; 2] = [1.2, 1e-6];
+
+/// A meander of lines of 10 and 8 mm with fillets of R2, which are arcs or `chords` lines each.
+fn fillets(tolerance: f64, chords: Option<usize>) -> Program {
+    let mut program = Program::new(continuous(tolerance), 100.0);
+    let mut heading: f64 = 0.0;
+    for k in 0..24 {
+        let (length, side) = ([10.0, 8.0, 6.0, 8.0][k % 4], [1.0, -1.0, -1.0, 1.0][k % 4]);
+        let [x, y, _] = program.here.linear();
+        let (sin, cos) = math::sin_cos(heading);
+        program.line(x + length * cos, y + length * sin, 0.0);
+        let [x, y, _] = program.here.linear();
+        let offset = [-2.0 * side * sin, 2.0 * side * cos];
+        match chords {
+            None => program.arc(offset[0], offset[1], side * 0.5 * PI),
+            Some(count) => {
+                for j in 1..=count {
+                    let (s, c) = math::sin_cos(side * 0.5 * PI * j as f64 / count as f64);
+                    let [a, b] = offset.map(|offset| -offset);
+                    program.line(
+                        x + offset[0] + a * c - b * s,
+                        y + offset[1] + a * s + b * c,
+                        0.0,
+                    );
+                }
+            }
+        }
+        heading += side * 0.5 * PI;
+    }
+    program
+}
+
+/// Arcs and chords describe the same way, and take the same time.
+#[test]
+fn fillets_take_as_long_as_arcs_and_as_chords() {
+    for tolerance in [0.01, 0.03, 0.1] {
+        let [arcs, chords] = [None, Some(24)].map(|count| {
+            let program = fillets(tolerance, count);
+            let samples = program.run();
+            judge(&program, &samples, tolerance, FILLETS);
+            seconds(&samples)
+        });
+        assert!(
+            (arcs / chords - 1.0).abs() < 0.01,
+            "P {tolerance}: {arcs} s as arcs, {chords} s as chords"
+        );
+    }
+}
+
+/// Arcs alone, each tangent to the one before.
+fn bows(seed: u64) -> (Program, f64) {
+    let mut dice = Dice::seeded(seed ^ 0xA2C5);
+    let tolerance = dice.spread(0.002, 0.1);
+    let mut program = Program::new(continuous(tolerance), dice.between(20.0, 100.0));
+    let mut heading = dice.between(0.0, TAU);
+    for _ in 0..dice.spread(4.0, 40.0) as usize {
+        let radius = dice.spread(0.2, 30.0) * dice.one_of(&[-1.0, 1.0]);
+        let sweep = dice.spread(0.02, 3.0) * radius.signum();
+        if dice.roll() < 0.2 {
+            heading += dice.between(-0.5, 0.5);
+        }
+        let (sin, cos) = math::sin_cos(heading);
+        program.arc(-radius * sin, radius * cos, sweep);
+        heading += sweep;
+    }
+    (program, tolerance)
+}
+
+#[test]
+fn limits_tube_and_vertices_hold_on_arcs() {
+    for seed in 0..200 {
+        let (program, tolerance) = bows(seed);
+        judge(&program, &program.run(), tolerance, ANY);
+    }
 }
 
 /// A part of the lines at a lower feed costs what it takes at that feed.

@@ -144,8 +144,9 @@ impl Fit<'_> {
                 site.slack = site.missing(off).max(FIRST_SLACK * site.square());
             }
         }
-        let count = self.free.len() * N;
+        let count = coefficients.len() * N;
         let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
+        let free = self.free.start * N..self.free.end * N;
         let mut step = vec![[0.0; 3]; coefficients.len()];
         let mut changes = Vec::with_capacity(sites.len());
         let mut last_length = 1.0_f64;
@@ -169,15 +170,22 @@ impl Fit<'_> {
                 };
             rows.fill([0.0; W]);
             right.fill([0.0]);
-            self.add_bending(axes, coefficients, &mut rows, &mut right);
-            for (site, off) in sites.iter().zip(&offs) {
-                let target = target * bending[site.interval];
-                self.add_site(axes, site, off, target, &mut rows, &mut right);
+            let mut these = sites.iter().zip(&offs).peekable();
+            for (k, bending) in bending.iter().enumerate() {
+                let mut share = self.bent::<N>(axes, k, &coefficients[k..k + ORDER]);
+                while let Some((site, off)) = these.next_if(|(site, _)| site.interval == k) {
+                    share.add(site, axes.map(|axis| off[axis]), off, target * bending);
+                }
+                share.gather(&mut rows[k * N..], &mut right[k * N..]);
             }
-            solve_banded(&mut rows, &mut right);
-            for (row, solved) in right.chunks_exact(N).enumerate() {
+            // What is given takes no step: its rows and columns are left out.
+            solve_banded(&mut rows[free.clone()], &mut right[free.clone()]);
+            for (step, solved) in step[self.free.clone()]
+                .iter_mut()
+                .zip(right[free.clone()].chunks_exact(N))
+            {
                 for (axis, value) in axes.iter().zip(solved) {
-                    step[self.free.start + row][*axis] = value[0];
+                    step[*axis] = value[0];
                 }
             }
             // As far as slacks and multipliers stay positive.
@@ -237,68 +245,89 @@ impl Fit<'_> {
         bending
     }
 
-    /// The row of a coefficient, if it may move.
-    fn row(&self, coefficient: usize) -> Option<usize> {
-        self.free
-            .contains(&coefficient)
-            .then(|| coefficient - self.free.start)
+    /// The bending's share of an interval, given its coefficients.
+    fn bent<const N: usize>(&self, axes: [usize; N], k: usize, coefficients: &[Vec3]) -> Share<N> {
+        let third = &self.thirds[k];
+        let width = self.breaks.0[k + 1] - self.breaks.0[k];
+        let value = combined(coefficients, third);
+        let weights = third.map(|weight| width * weight);
+        let mut share = Share {
+            blocks: [[[0.0; PAIRS]; N]; N],
+            right: axes.map(|axis| weights.map(|weight| -weight * value[axis])),
+        };
+        let all = pairs(&weights, third);
+        for (i, row) in share.blocks.iter_mut().enumerate() {
+            row[i] = all;
+        }
+        share
     }
+}
 
-    /// Adds the bending's second derivative to the matrix and its slope to the right side.
-    fn add_bending<const N: usize, const W: usize>(
-        &self,
-        axes: [usize; N],
-        coefficients: &[Vec3],
-        rows: &mut [[f64; W]],
-        right: &mut [[f64; 1]],
-    ) {
-        for (k, third) in self.thirds.iter().enumerate() {
-            let width = self.breaks.0[k + 1] - self.breaks.0[k];
-            let value = combined(&coefficients[k..k + ORDER], third);
-            for (p, weight) in third.iter().enumerate() {
-                let Some(row) = self.row(k + p) else { continue };
-                let weight = width * weight;
-                for (i, axis) in axes.iter().enumerate() {
-                    right[row * N + i][0] -= weight * value[*axis];
-                    for (q, other) in third.iter().enumerate().skip(p) {
-                        rows[row * N + i][(q - p) * N] += weight * other;
-                    }
+/// Pairs of the coefficients of an interval, the first one not after the second.
+const PAIRS: usize = ORDER * (ORDER + 1) / 2;
+
+/// Products of each pair.
+fn pairs(a: &[f64; ORDER], b: &[f64; ORDER]) -> [f64; PAIRS] {
+    let mut products = [0.0; PAIRS];
+    let mut next = products.iter_mut();
+    for (p, a) in a.iter().enumerate() {
+        for (b, product) in b[p..].iter().zip(&mut next) {
+            *product = a * b;
+        }
+    }
+    products
+}
+
+/// What an interval adds to the system of a step.
+#[derive(Debug)]
+struct Share<const N: usize> {
+    /// For each pair of axes, the second one not before the first: the matrix by pairs of
+    /// coefficients.
+    blocks: [[[f64; PAIRS]; N]; N],
+    right: [[f64; ORDER]; N],
+}
+
+impl<const N: usize> Share<N> {
+    /// Adds a site with its slack and multiplier eliminated; `e` is how far it is off in the axes
+    /// that move, and `target` what slack times multiplier should be.
+    #[inline]
+    fn add(&mut self, site: &Site, e: [f64; N], off: &Vec3, target: f64) {
+        let stiff = site.multiplier / site.slack;
+        // The multiplier after the step, but for what the step changes of the slack.
+        let pull = target / site.slack - stiff * site.missing(off);
+        let weights = pairs(&site.basis, &site.basis);
+        for i in 0..N {
+            for j in i..N {
+                let own = if i == j { site.multiplier } else { 0.0 };
+                let factor = own + stiff * e[i] * e[j];
+                for (entry, weight) in self.blocks[i][j].iter_mut().zip(&weights) {
+                    *entry += factor * weight;
                 }
+            }
+            let pull = pull * e[i];
+            for (right, basis) in self.right[i].iter_mut().zip(&site.basis) {
+                *right -= pull * basis;
             }
         }
     }
 
-    /// Adds a site with its slack and multiplier eliminated; `target` is what their product should
-    /// be.
-    fn add_site<const N: usize, const W: usize>(
-        &self,
-        axes: [usize; N],
-        site: &Site,
-        off: &Vec3,
-        target: f64,
-        rows: &mut [[f64; W]],
-        right: &mut [[f64; 1]],
-    ) {
-        let e = axes.map(|axis| off[axis]);
-        let stiff = site.multiplier / site.slack;
-        // The multiplier after the step, but for what the step changes of the slack.
-        let pull = target / site.slack - stiff * site.missing(off);
-        for (p, basis) in site.basis.iter().enumerate() {
-            let Some(row) = self.row(site.interval + p) else {
-                continue;
-            };
+    /// Adds all to the rows of the interval's coefficients.
+    #[inline]
+    fn gather<const W: usize>(&self, rows: &mut [[f64; W]], right: &mut [[f64; 1]]) {
+        let mut pair = 0;
+        for p in 0..ORDER {
             for i in 0..N {
-                right[row * N + i][0] -= pull * basis * e[i];
-                let line = &mut rows[row * N + i];
-                for (q, other) in site.basis.iter().enumerate().skip(p) {
-                    let weight = basis * other;
-                    line[(q - p) * N] += site.multiplier * weight;
-                    let along = stiff * weight * e[i];
+                right[p * N + i][0] += self.right[i][p];
+            }
+            for q in p..ORDER {
+                for i in 0..N {
+                    let row = &mut rows[p * N + i];
                     let first = if q == p { i } else { 0 };
-                    for (j, e) in e.iter().enumerate().skip(first) {
-                        line[(q - p) * N + j - i] += along * e;
+                    for j in first..N {
+                        row[(q - p) * N + j - i] += self.blocks[i.min(j)][i.max(j)][pair];
                     }
                 }
+                pair += 1;
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A smooth curve inside the tube of the program, in place of many lines that meet at small angles.
+//! A smooth curve inside the tube of the program, in place of lines and arcs that meet at small angles.
 //!
 //! The curve is a cubic spline with the least integral of its squared third derivative that stays
 //! within P of the lines and passes every vertex within P. Its breaks follow from the shape of the
@@ -85,7 +85,7 @@ pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
     let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
     // Other vertices may share the parameter of an end.
     coefficients[0] = way.vertex(0);
-    coefficients[count - 1] = way.vertex(way.lines());
+    coefficients[count - 1] = way.vertex(way.legs());
     let head = tie(
         ties[0],
         1.0,
@@ -185,15 +185,18 @@ impl TubeExcess {
             loop {
                 let to = way.end_of(line).min(b);
                 let right = cubic.at(to - a);
-                let tolerance = way.line_tolerance(line);
+                let tolerance = way.leg_tolerance(line);
                 let enough = PROVEN_PART * tolerance;
                 let most = cubic.farthest(way, line, [left, right], enough, HULL_HALVINGS);
                 excess.sides[k] = excess.sides[k].max(most / enough);
                 left = right;
-                if way.end_of(line) > b || line + 1 == way.lines() {
+                if way.end_of(line) > b || line + 1 == way.legs() {
                     break;
                 }
                 line += 1;
+                if !way.is_programmed(line) {
+                    continue;
+                }
                 let near = VERTEX_PART * way.vertex_tolerance(line);
                 let off = norm(sub(right.p, way.vertex(line))) / near;
                 if off > excess.vertices[k].0 {
@@ -223,6 +226,8 @@ impl TubeExcess {
                 self.sides[k] = self.sides[k].max(part);
             }
         }
+        // In the order of their intervals, as the fit takes them.
+        sites.sort_by_key(|site| site.interval);
         let factor = NARROWED[0] + NARROWED[1] * round as f64;
         let reach = round.min(2);
         for site in sites {
@@ -314,13 +319,13 @@ fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Fo
     };
     let mut line = 0;
     for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
-        while way.end_of(line) <= w[0] && line + 1 < way.lines() {
+        while way.end_of(line) <= w[0] && line + 1 < way.legs() {
             line += 1;
         }
         let first = way.line(line);
         let (mut feed, mut heeds) = (first.feed, first.heeds);
         let mut marks = vec![way.mark(line, w[0])];
-        while way.end_of(line) < w[1] && line + 1 < way.lines() {
+        while way.end_of(line) < w[1] && line + 1 < way.legs() {
             line += 1;
             let next = way.line(line);
             (feed, heeds) = (feed.min(next.feed), heeds.max(next.heeds));

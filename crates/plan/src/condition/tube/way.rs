@@ -1,6 +1,7 @@
-//! The programmed lines under a curve, and a parameter along them that does not depend on how finely
+//! The programmed moves under a curve, and a parameter along them that does not depend on how finely
 //! they are cut.
 //!
+//! An arc is taken as chords so short that a small part of the tolerance makes up for them.
 //! The lines are thinned to a polyline that passes within a part of the tolerance of their vertices.
 //! Its length is the parameter: that of the lines themselves grows with the rounding of their ends.
 //! Breaks of the spline lie near each other where the thinned polyline turns much.
@@ -9,7 +10,7 @@ use super::spline::Breaks;
 use super::square_to;
 use crate::piece::{Mark, Programmed};
 use lostmotion_base::vec::{Vec3, dot, norm, sub};
-use lostmotion_path::HermiteEnd;
+use lostmotion_path::{Curve, HermiteEnd};
 
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
@@ -17,44 +18,91 @@ const THINNED_PART: f64 = 0.5;
 const CORNER_STEP: f64 = 1.0;
 /// The same where the curve begins or ends in a given direction.
 const END_STEP: f64 = 1.0;
+/// Part of the tolerance by which the chords of an arc may lie beside it. A choice: less makes more
+/// chords, more leaves less to the curve.
+const SAGITTA_PART: f64 = 1.0 / 32.0;
+/// Most chords of one arc. A choice: bounds memory, and the arcs of a section have far fewer.
+const MAX_CHORDS: f64 = 4096.0;
 /// Part of the way between its neighbours that a break keeps from either when it is moved. A choice:
 /// less makes the spline ill-conditioned.
 const LEAST_ROOM: f64 = 0.15;
 /// Growth of the distance of breaks with the way from the corner. Measured.
 const STEP_GROWTH: f64 = 0.35;
 
-/// Lines with the parts of the first and the last one that belong to the curve.
+/// A straight stretch of the way: a line or a chord of an arc.
+#[derive(Clone, Copy, Debug)]
+struct TubeLeg {
+    /// The move under it, and the parameters on that at its ends.
+    line: usize,
+    from: f64,
+    to: f64,
+}
+
+/// Moves with the parts of the first and the last one that belong to the curve.
 #[derive(Debug)]
 pub(crate) struct Way<'a> {
     lines: &'a [Programmed],
-    from: f64,
-    to: f64,
-    /// First place, ends of the lines, last place.
+    legs: Vec<TubeLeg>,
+    /// First place, ends of the legs, last place.
     vertices: Vec<Vec3>,
     /// The parameter at each of them; never falls.
     w: Vec<f64>,
     /// Which of them are left when thinned.
     kept: Vec<usize>,
+    /// Of each leg.
     tolerances: Vec<f64>,
 }
 
 impl<'a> Way<'a> {
-    /// The lines from a parameter on the first to one on the last, each with its tolerance.
+    /// The moves from a parameter on the first to one on the last, each with its tolerance; `None`
+    /// where there are none, or an arc is too long.
     pub(crate) fn new(
         lines: &'a [Programmed],
         from: f64,
         to: f64,
-        tolerances: Vec<f64>,
+        allowed: &[f64],
     ) -> Option<Way<'a>> {
-        let (first, last) = (lines.first()?, lines.last()?);
+        let first = lines.first()?;
+        let mut legs = Vec::with_capacity(lines.len());
         let mut vertices = Vec::with_capacity(lines.len() + 1);
+        let mut tolerances = Vec::with_capacity(lines.len());
         vertices.push(first.curve.point(from).linear());
-        vertices.extend(
-            lines[..lines.len() - 1]
-                .iter()
-                .map(|line| line.curve.end().linear()),
-        );
-        vertices.push(last.curve.point(to).linear());
+        for (k, (line, allowed)) in lines.iter().zip(allowed).enumerate() {
+            let from = if k == 0 { from } else { 0.0 };
+            let to = if k + 1 == lines.len() {
+                to
+            } else {
+                line.length
+            };
+            let chords = chords(line, [from, to], SAGITTA_PART * allowed);
+            if chords > MAX_CHORDS {
+                return None;
+            }
+            let tolerance = if chords > 1.0 {
+                (1.0 - SAGITTA_PART) * allowed
+            } else {
+                *allowed
+            };
+            let place = |j: usize| from + (to - from) * (j as f64 / chords);
+            for j in 0..chords as usize {
+                let to = if j + 1 == chords as usize {
+                    to
+                } else {
+                    place(j + 1)
+                };
+                legs.push(TubeLeg {
+                    line: k,
+                    from: place(j),
+                    to,
+                });
+                vertices.push(if to == line.length {
+                    line.curve.end().linear()
+                } else {
+                    line.curve.point(to).linear()
+                });
+                tolerances.push(tolerance);
+            }
+        }
         let least = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
         let kept = thinned(&vertices, THINNED_PART * least);
         let mut w = vec![0.0; vertices.len()];
@@ -71,8 +119,7 @@ impl<'a> Way<'a> {
         }
         Some(Way {
             lines,
-            from,
-            to,
+            legs,
             vertices,
             w,
             kept,
@@ -80,15 +127,21 @@ impl<'a> Way<'a> {
         })
     }
 
-    pub(super) fn lines(&self) -> usize {
-        self.lines.len()
+    pub(super) fn legs(&self) -> usize {
+        self.legs.len()
     }
 
+    /// The move under leg k.
     pub(super) fn line(&self, k: usize) -> &Programmed {
-        &self.lines[k]
+        &self.lines[self.legs[k].line]
     }
 
-    /// The parameter where line k ends.
+    /// Whether a move ends where leg k begins.
+    pub(super) fn is_programmed(&self, k: usize) -> bool {
+        k == 0 || self.legs[k].line != self.legs[k - 1].line
+    }
+
+    /// The parameter where leg k ends.
     pub(super) fn end_of(&self, k: usize) -> f64 {
         self.w[k + 1]
     }
@@ -97,7 +150,7 @@ impl<'a> Way<'a> {
         self.vertices[k]
     }
 
-    pub(super) fn line_tolerance(&self, k: usize) -> f64 {
+    pub(super) fn leg_tolerance(&self, k: usize) -> f64 {
         self.tolerances[k]
     }
 
@@ -108,7 +161,7 @@ impl<'a> Way<'a> {
             .map_or(before, |next| next.min(before))
     }
 
-    /// Distance of the farthest of some points from line k.
+    /// Distance of the farthest of some points from leg k.
     pub(super) fn off(&self, k: usize, points: [Vec3; 4]) -> f64 {
         let (a, b) = (self.vertices[k], self.vertices[k + 1]);
         points
@@ -118,11 +171,11 @@ impl<'a> Way<'a> {
             .sqrt()
     }
 
-    /// The line that holds a parameter.
+    /// The leg that holds a parameter.
     fn at(&self, w: f64) -> usize {
         self.w
             .partition_point(|at| *at <= w)
-            .clamp(1, self.lines.len())
+            .clamp(1, self.legs.len())
             - 1
     }
 
@@ -161,38 +214,27 @@ impl<'a> Way<'a> {
         HermiteEnd { p, ..*state }
     }
 
-    /// Programmed parameters at the ends of line k.
-    fn ends(&self, k: usize) -> [f64; 2] {
-        let from = if k == 0 { self.from } else { 0.0 };
-        let to = if k + 1 == self.lines.len() {
-            self.to
-        } else {
-            self.lines[k].length
-        };
-        [from, to]
-    }
-
-    /// Growth of the programmed parameter on line k, per parameter of the way.
+    /// Growth of the programmed parameter on leg k, per parameter of the way.
     fn rate(&self, k: usize) -> f64 {
-        let [from, to] = self.ends(k);
+        let TubeLeg { from, to, .. } = self.legs[k];
         let span = self.w[k + 1] - self.w[k];
         if span > 0.0 { (to - from) / span } else { 0.0 }
     }
 
-    /// Line k as it lies under a piece that begins at a parameter.
+    /// The move under leg k as it lies under a piece that begins at a parameter.
     pub(super) fn mark(&self, k: usize, start: f64) -> Mark {
         let rate = self.rate(k);
-        let s = self.ends(k)[0] + rate * (start - self.w[k]).max(0.0);
+        let s = self.legs[k].from + rate * (start - self.w[k]).max(0.0);
         Mark {
             rate,
-            ..self.lines[k].mark((self.w[k] - start).max(0.0), s)
+            ..self.line(k).mark((self.w[k] - start).max(0.0), s)
         }
     }
 
-    /// The line and the parameter on it, given the line that holds it.
+    /// The move and the parameter on it, given the leg that holds it.
     pub(super) fn parameter(&self, k: usize, w: f64) -> (usize, f64) {
-        let [from, to] = self.ends(k);
-        (k, (from + self.rate(k) * (w - self.w[k])).min(to))
+        let TubeLeg { line, from, to } = self.legs[k];
+        (line, (from + self.rate(k) * (w - self.w[k])).min(to))
     }
 
     /// Breaks of the spline; `None` where the way is too short to have any.
@@ -261,7 +303,8 @@ impl<'a> Way<'a> {
     /// Moves breaks to where the feed changes: a piece goes at the least feed under it.
     fn snap(&self, breaks: &mut [f64]) {
         let mut k = 1;
-        for (pair, w) in self.lines.windows(2).zip(&self.w[1..]) {
+        for (pair, w) in self.legs.windows(2).zip(&self.w[1..]) {
+            let pair = [pair[0], pair[1]].map(|leg| &self.lines[leg.line]);
             if pair[0].feed == pair[1].feed && pair[0].heeds == pair[1].heeds {
                 continue;
             }
@@ -287,6 +330,17 @@ impl<'a> Way<'a> {
 
 /// Most breaks of one curve.
 const MAX_BREAKS: usize = 4096;
+
+/// Number of chords between two parameters of a move that lie within a distance of it.
+fn chords(line: &Programmed, [from, to]: [f64; 2], distance: f64) -> f64 {
+    if !matches!(line.curve, Curve::Arc(_)) {
+        return 1.0;
+    }
+    // The sagitta of a chord c is c^2 k / 8; the curvature of a spiral is largest at an end.
+    let bend = [from, to].map(|s| norm(line.curve.eval(s).d2.linear()));
+    let chord = (8.0 * distance / bend[0].max(bend[1])).sqrt();
+    ((to - from) / chord).ceil().max(1.0)
+}
 
 /// Which vertices are left so that the others lie within a distance (Douglas and Peucker).
 fn thinned(vertices: &[Vec3], distance: f64) -> Vec<usize> {
