@@ -39,6 +39,9 @@ const NEXT_LOOK: usize = 16;
 /// A curve has to take less than this part of the time of the section vertex by vertex. A choice: the
 /// estimate errs by about the rest, and a curve that gains nothing leaves more of the program.
 const FASTER_PART: f64 = 0.99;
+/// The same where the section has arcs, which are what is wanted and not chords of something: a curve
+/// that leaves them for little makes the contour worse. A choice.
+const FASTER_PART_OF_ARCS: f64 = 0.98;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -337,12 +340,19 @@ impl Conditioner {
         }
         let mut whole = steps.clone();
         joiner.clone().stop(Stop::default(), judge, &mut whole);
-        let found = judge
-            .time_to_beat_s(&whole, FASTER_PART)
-            .and_then(|most_s| {
-                self.find(from, start, to, end)
-                    .filter(|found| self.curve_s(found, from, to, judge) < most_s)
-            });
+        let arcs = self
+            .section
+            .iter()
+            .any(|of| matches!(of.curve, Curve::Arc(_)));
+        let part = if arcs {
+            FASTER_PART_OF_ARCS
+        } else {
+            FASTER_PART
+        };
+        let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
+            self.find(from, start, to, end)
+                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+        });
         found.ok_or_else(|| {
             self.joiner = joiner;
             steps
