@@ -47,7 +47,11 @@ impl Mass {
         let speed = slide(self.speed, gain, h * load.coulomb / load.inertia);
         let free = self.place + h * speed;
         self.place = free.max(motor - half_gap).min(motor + half_gap);
-        self.speed = if self.place == free { speed } else { motor_speed };
+        self.speed = if self.place == free {
+            speed
+        } else {
+            motor_speed
+        };
     }
 }
 
@@ -279,9 +283,18 @@ mod tests {
                 load_position: position,
                 ..Shown::default()
             };
-            foresee.step([position + offset, offset], Some(half_gap), (&LOAD, true), &twin, 1);
+            foresee.step(
+                [position + offset, offset],
+                Some(half_gap),
+                (&LOAD, true),
+                &twin,
+                1,
+            );
             let [_, with] = foresee.masses.map(|mass| mass.place);
-            assert!(tick == 0 || with - before < 0.21 * h, "{tick}: {with} {before}");
+            assert!(
+                tick == 0 || with - before < 0.21 * h,
+                "{tick}: {with} {before}"
+            );
             before = with;
         }
     }

@@ -149,7 +149,12 @@ impl LearningState {
     /// The least and the most inertia that the readings allow, over that of the motor: near what the
     /// last ones found, where they agree, and not far from the first ones.
     fn anchored(&self) -> [f64; 2] {
-        let found = || self.anchors.iter().copied().filter(|inertia| *inertia > 0.0);
+        let found = || {
+            self.anchors
+                .iter()
+                .copied()
+                .filter(|inertia| *inertia > 0.0)
+        };
         let ratio = match found().count() {
             0 => return [LEAST_INERTIA, LARGEST_INERTIA],
             ANCHORS if self.is_anchored() => ANCHORED_RATIO,

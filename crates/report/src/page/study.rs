@@ -3,6 +3,7 @@
 use super::data::escape;
 use super::html::head;
 use crate::number::percent;
+use lostmotion_base::math;
 use pulldown_cmark::{Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 use std::fmt::Write;
 
@@ -82,9 +83,9 @@ fn chart(out: &mut String, methods: &[MethodCells]) {
         return;
     }
     let most = cells().fold(1.0_f64, |most, cell| most.max(cell.ratio));
-    let decades = (most / LEAST).log10().ceil().max(3.0);
+    let decades = math::log10(most / LEAST).ceil().max(3.0);
     let place = |ratio: f64| {
-        let part = (ratio.max(LEAST) / LEAST).log10() / decades;
+        let part = math::log10(ratio.max(LEAST) / LEAST) / decades;
         NAMES + 10.0 + part * (WIDTH - NAMES - 40.0)
     };
     let height = ROW * methods.len() as f64;
@@ -94,7 +95,7 @@ fn chart(out: &mut String, methods: &[MethodCells]) {
         height + FOOT
     );
     for decade in 0..=decades as i32 {
-        let ratio = LEAST * 10_f64.powi(decade);
+        let ratio = LEAST * math::pow(10.0, f64::from(decade));
         let x = place(ratio);
         let _ = writeln!(
             out,
