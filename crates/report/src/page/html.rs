@@ -99,13 +99,11 @@ pub fn page(
     }
     remarks(&mut out, run);
     let json = embedded(&data(run, machine, record, main, &lines));
-    let _ = writeln!(
-        out,
-        "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n\
-         <script type=\"application/json\" id=\"data\">{json}</script>\n<script>\n\"use strict\";\n{}</script>\n</body>\n</html>",
-        env!("CARGO_PKG_VERSION"),
+    let scripts = format!(
+        "<script type=\"application/json\" id=\"data\">{json}</script>\n<script>\n\"use strict\";\n{}</script>\n",
         SCRIPTS.concat()
     );
+    foot(&mut out, &scripts);
     Ok(out)
 }
 
@@ -148,6 +146,15 @@ pub(super) fn head(out: &mut String, title: &str) {
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>",
         escape(title)
+    );
+}
+
+/// The end of every page, behind its scripts.
+pub(super) fn foot(out: &mut String, scripts: &str) {
+    let _ = writeln!(
+        out,
+        "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n{scripts}</body>\n</html>",
+        env!("CARGO_PKG_VERSION")
     );
 }
 

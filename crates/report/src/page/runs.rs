@@ -1,7 +1,7 @@
 //! Several runs side by side as a page: figures, differences to the first, worst blocks.
 
 use super::data::escape;
-use super::html::{file_name, head, meter};
+use super::html::{file_name, foot, head, meter};
 use super::picture::signed;
 use crate::number::{duration, error, fixed, plain};
 use crate::runs::{NamedRun, worst, worst_blocks};
@@ -26,11 +26,7 @@ pub fn runs_page(runs: &[NamedRun]) -> String {
     bars(&mut out, runs);
     blocks(&mut out, runs);
     axes(&mut out, runs);
-    let _ = writeln!(
-        out,
-        "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n</body>\n</html>",
-        env!("CARGO_PKG_VERSION")
-    );
+    foot(&mut out, "");
     out
 }
 

@@ -1,7 +1,7 @@
 //! A study of many cells as a page: a chart of what each method leaves in each cell, and the tables.
 
 use super::data::escape;
-use super::html::head;
+use super::html::{foot, head};
 use crate::number::percent;
 use lostmotion_base::math;
 use pulldown_cmark::{Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
@@ -60,11 +60,7 @@ pub fn study_page(title: &str, methods: &[MethodCells], markdown: &str) -> Strin
     );
     chart(&mut out, methods);
     tables(&mut out, markdown);
-    let _ = writeln!(
-        out,
-        "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n</body>\n</html>",
-        env!("CARGO_PKG_VERSION")
-    );
+    foot(&mut out, "");
     out
 }
 

@@ -1,7 +1,7 @@
 //! Where the time of a program goes, as a page.
 
 use super::data::{escape, line};
-use super::html::{file_name, head};
+use super::html::{file_name, foot, head};
 use crate::number::{duration, fixed, percent};
 use lostmotion_sim::time::results::{CycleTime, TimeKind};
 use std::fmt::Write;
@@ -49,11 +49,7 @@ pub fn time_page(time: &CycleTime) -> String {
         }
         out.push_str("</ul>\n</section>\n");
     }
-    let _ = writeln!(
-        out,
-        "<footer>Written by lostmotion {}. This file needs no network.</footer>\n</main>\n</body>\n</html>",
-        env!("CARGO_PKG_VERSION")
-    );
+    foot(&mut out, "");
     out
 }
 
