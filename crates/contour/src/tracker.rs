@@ -208,10 +208,20 @@ impl ContourTracker {
     }
 
     fn position(&self, segment: u64) -> Option<usize> {
-        // Running numbers grow, but need not be consecutive.
-        self.held
-            .binary_search_by_key(&segment, |held| held.segment.index)
-            .ok()
+        let of = |held: &Held| held.segment.index;
+        // Running numbers grow and mostly by one, but need not.
+        let guess = usize::try_from(segment.checked_sub(self.held.front().map(of)?)?).ok()?;
+        if self.held.get(guess).map(of) == Some(segment) {
+            return Some(guess);
+        }
+        self.held.binary_search_by_key(&segment, of).ok()
+    }
+
+    /// The first segment at or before this one from which on all keep a condition, which has to hold
+    /// from somewhere on. Asked of a few neighbours: segments far away are not in the cache.
+    fn back_while(&self, at: usize, keeps: impl Fn(&Held) -> bool) -> usize {
+        let mut before = self.held.range(..at).rev();
+        at - before.position(|held| !keeps(held)).unwrap_or(at)
     }
 
     /// The contour error of one machine at one tick.
@@ -252,7 +262,7 @@ impl ContourTracker {
             s: found.s,
             rapid: held.segment.rapid,
             block: held.segment.block,
-            near_corner: self.near_corner(place),
+            near_corner: self.near_corner(found.at, place),
             orientation_error_rad: angle(input.actual_axis, input.commanded_axis),
         })
     }
@@ -291,14 +301,8 @@ impl ContourTracker {
             away: (f64::INFINITY, u64::MAX),
         };
         // The last foot's segment first: with its distance known, most others need no look.
-        let likely = self
-            .held
-            .partition_point(|held| held.end_mm() < last.max(low))
-            .min(at);
-        let first = self
-            .held
-            .partition_point(|held| held.end_mm() < low)
-            .min(at);
+        let likely = self.back_while(at, |held| held.end_mm() >= last.max(low));
+        let first = self.back_while(likely, |held| held.end_mm() >= low);
         for index in std::iter::once(likely).chain(first..self.held.len()) {
             let Some(held) = self.held.get(index) else {
                 break;
@@ -400,17 +404,21 @@ impl ContourTracker {
         })
     }
 
-    fn near_corner(&self, place: f64) -> bool {
+    /// Whether a corner is in the window around a place on a segment.
+    fn near_corner(&self, at: usize, place: f64) -> bool {
         let window = self.config.corner_window_mm;
         // Corners are starts of segments, which are in order.
-        let first = self
-            .held
-            .partition_point(|held| held.start_mm < place - window);
         self.held
-            .iter()
-            .skip(first)
-            .take_while(|held| held.start_mm <= place + window)
+            .range(..=at)
+            .rev()
+            .take_while(|held| held.start_mm >= place - window)
             .any(|held| held.corner)
+            || self
+                .held
+                .range(at + 1..)
+                .skip_while(|held| held.start_mm < place - window)
+                .take_while(|held| held.start_mm <= place + window)
+                .any(|held| held.corner)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::error::AxisError;
 use crate::learned::{Learned, Learning};
 use crate::plant::{Plant, PlantInput, PlantState};
 use crate::servo::{Servo, ServoState};
-use crate::signal::{AxisSample, Correction, Reference, Setpoint};
+use crate::signal::{AxisSample, Correction, MotorSample, Reference, Setpoint};
 use crate::twin::Twinned;
 
 pub use crate::plant::DRIFT_MS;
@@ -23,6 +23,8 @@ pub struct AxisOutput {
     pub peak_current_a: f64,
     /// Everything at each servo tick, if a list is given here.
     pub trace: Option<Vec<AxisSample>>,
+    /// The motor alone at each servo tick, if a list is given here.
+    pub motor: Option<Vec<MotorSample>>,
     /// What a control watches, at the last servo tick of each command cycle.
     pub monitored: Vec<Monitored>,
     /// Sum of i_d^2 + i_q^2 over the servo ticks of the present command cycle, A2.
@@ -59,6 +61,14 @@ impl AxisOutput {
         }
     }
 
+    /// Empty, with the signals of the motor.
+    pub fn with_motor() -> AxisOutput {
+        AxisOutput {
+            motor: Some(Vec::new()),
+            ..AxisOutput::default()
+        }
+    }
+
     /// Forgets the samples and keeps the memory; count and peak go on from those of another output.
     pub fn go_on_from(&mut self, before: &AxisOutput) {
         self.clear();
@@ -75,6 +85,9 @@ impl AxisOutput {
         self.monitored.clear();
         if let Some(trace) = &mut self.trace {
             trace.clear();
+        }
+        if let Some(motor) = &mut self.motor {
+            motor.clear();
         }
     }
 }
@@ -207,6 +220,18 @@ impl AxisSample {
             engagement_estimate: correction.engagement_estimate,
             stiffness_estimate: correction.stiffness_estimate,
             damping_estimate: correction.damping_estimate,
+        }
+    }
+}
+
+impl MotorSample {
+    /// A plant's motor.
+    pub(crate) fn of(plant: &Plant, state: &PlantState) -> MotorSample {
+        MotorSample {
+            position: state.motor_position(),
+            current: state.current_q,
+            torque: plant.params().torque_constant_nm_per_a * state.current_q,
+            engagement: state.engagement(),
         }
     }
 }

@@ -109,6 +109,20 @@ pub struct AxisSample {
     pub damping_estimate: f64,
 }
 
+/// The motor of an axis at one servo tick: what is watched of a long program, in a quarter of the room
+/// of an [`AxisSample`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorSample {
+    /// True position, rad.
+    pub position: f64,
+    /// Torque-forming current i_q, A.
+    pub current: f64,
+    /// Torque, N m.
+    pub torque: f64,
+    /// Which flank is in contact.
+    pub engagement: Engagement,
+}
+
 /// What a drive knows at a servo tick, motor side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Signals {

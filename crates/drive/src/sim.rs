@@ -8,7 +8,7 @@ use crate::plant::{Drifting, Plant, PlantParams, PlantStart, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
-use crate::signal::{AxisSample, Correction, Reference, Setpoint, Signals};
+use crate::signal::{AxisSample, Correction, MotorSample, Reference, Setpoint, Signals};
 use crate::start::AxisStart;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -169,9 +169,17 @@ impl<C: Compensator> AxisSim<C> {
             .push(state.plant.load_position * model.units_per_motor_rad);
         out.reference
             .push(reference.position * model.units_per_motor_rad);
+        let plant = || self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
         if let Some(trace) = &mut out.trace {
-            let plant = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
-            trace.push(AxisSample::of(reference, plant, &state.plant, &correction));
+            trace.push(AxisSample::of(
+                reference,
+                plant(),
+                &state.plant,
+                &correction,
+            ));
+        }
+        if let Some(motor) = &mut out.motor {
+            motor.push(MotorSample::of(plant(), &state.plant));
         }
         // last: it acts in the periods that follow
         model.servo.command(

@@ -208,6 +208,9 @@ impl Group {
                 let (fast, correction) = (axis.current_loop(), &corrections[lane]);
                 trace.push(lanes.sample(lane, index as usize, &fast, correction));
             }
+            if let Some(motor) = output.motor.as_mut().filter(|_| resident[lane]) {
+                motor.push(lanes.motor(lane));
+            }
         }
         // position and velocity loops together
         arch.dispatch(Command {

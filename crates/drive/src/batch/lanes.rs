@@ -3,7 +3,7 @@
 use crate::plant::{Electric, Lane, PlantState};
 use crate::runner::{CurrentLoop, Monitored, Seen};
 use crate::servo::{CurrentNumbers, TickNumbers};
-use crate::signal::{AxisSample, Correction};
+use crate::signal::{AxisSample, Correction, Engagement, MotorSample};
 
 /// Axes in a group: two of the widest vectors, so that the processor has something to do while one
 /// waits for its own results.
@@ -234,6 +234,19 @@ impl Lanes {
         };
         let reference = axis.references.get(index).copied().unwrap_or_default();
         AxisSample::of(reference, axis.plant, &state, correction)
+    }
+
+    /// The motor of a resident lane at a servo tick.
+    pub(super) fn motor(&self, lane: usize) -> MotorSample {
+        let (s, gap_angle) = (&self.states, self.states.gap_angle.0[lane]);
+        // the mode is the one that the lane's numbers belong to: events take up others
+        let contact = self.modes[lane].as_ref().map(|plant| plant.mode.contact);
+        MotorSample {
+            position: s.position.0[lane] + gap_angle,
+            current: s.current_q.0[lane],
+            torque: self.numbers.torque_constant.0[lane] * s.current_q.0[lane],
+            engagement: contact.map_or(Engagement::Gap, |contact| contact.engagement(gap_angle)),
+        }
     }
 
     /// What the control of a resident lane watches at the end of a setpoint, with the lane's own

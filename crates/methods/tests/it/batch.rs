@@ -10,8 +10,15 @@ use lostmotion_methods::{METHODS, MethodId, build_runner, build_runner_from};
 use lostmotion_rig::{Move, circle, mill, mill_x, setpoints, there_and_back};
 use proptest::prelude::*;
 
-fn single(config: &AxisConfig, method: &str, points: &[Setpoint], traced: bool) -> AxisOutput {
+/// An output with everything that can be kept, or with nothing but load and reference.
+fn output(traced: bool) -> AxisOutput {
     let mut out = AxisOutput::new(traced);
+    out.motor = traced.then(Vec::new);
+    out
+}
+
+fn single(config: &AxisConfig, method: &str, points: &[Setpoint], traced: bool) -> AxisOutput {
+    let mut out = output(traced);
     build_runner(config, method.parse().unwrap(), points[0].position)
         .unwrap()
         .push(points, &mut out)
@@ -34,9 +41,7 @@ fn batched(
         })
         .collect();
     let mut batch = AxisBatch::new(runners, 2);
-    let mut outputs: Vec<AxisOutput> = (0..axes.len())
-        .map(|lane| AxisOutput::new(traced(lane)))
-        .collect();
+    let mut outputs: Vec<AxisOutput> = (0..axes.len()).map(|lane| output(traced(lane))).collect();
     let longest = points.iter().map(Vec::len).max().unwrap();
     for start in (0..longest).step_by(chunk) {
         let parts: Vec<&[Setpoint]> = points
@@ -107,6 +112,19 @@ fn same(
             .collect()
         };
         assert_eq!(bits(&alone), bits(&batched), "{method}");
+        // The motor alone is what the whole trace says of it.
+        let of_motor = |out: &AxisOutput| -> Vec<[u64; 4]> {
+            let all = out.motor.iter().flatten();
+            all.map(|s| [s.position, s.current, s.torque, s.engagement.sign().into()])
+                .map(|values| values.map(f64::to_bits))
+                .collect()
+        };
+        let of_trace: Vec<[u64; 4]> = bits(&alone)
+            .iter()
+            .map(|all| [all[3], all[7], all[8], all[10]])
+            .collect();
+        assert_eq!(of_motor(&alone), of_trace, "{method}");
+        assert_eq!(of_motor(&batched), of_trace, "{method}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::guard::Guard;
 use super::outputs::{AxisInfo, Beam, LaneLayout, Outputs};
+use super::stepper::Kept;
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
@@ -57,7 +58,7 @@ pub(crate) struct Bank {
     command: Clock,
     delay_ticks: u32,
     layout: Arc<LaneLayout>,
-    with_trace: bool,
+    kept: Kept,
 }
 
 /// A variant of the machine: its compensator, or the machine without a gap and without one.
@@ -122,7 +123,7 @@ impl Bank {
         machine: &Machine,
         variants: &[Variant<'_>],
         start: &Coords,
-        (threads, with_trace): (usize, bool),
+        (threads, kept): (usize, Kept),
         memory: Option<&Memory>,
     ) -> Result<Bank, SimError> {
         let drives = machine.drives();
@@ -237,7 +238,7 @@ impl Bank {
             ended: vec![false; variants.len()],
             delay_ticks,
             layout: Arc::new(layout),
-            with_trace,
+            kept,
         })
     }
 
@@ -298,10 +299,13 @@ impl Bank {
 
     /// Outputs of all lanes, empty.
     pub(crate) fn outputs(&self) -> Outputs {
-        let lanes = self.drive_of.iter();
+        let empty = |variant: &usize| match (1..=self.kept.motors).contains(variant) {
+            true => AxisOutput::with_motor(),
+            false => AxisOutput::new(self.kept.trace),
+        };
         Outputs {
             layout: Arc::clone(&self.layout),
-            lanes: lanes.map(|_| AxisOutput::new(self.with_trace)).collect(),
+            lanes: self.variant_of.iter().map(empty).collect(),
         }
     }
 

@@ -152,7 +152,7 @@ impl Outputs {
     }
 
     /// Signals of all motors of a variant at servo samples of the last chunk, with their times, sample
-    /// by sample, in place of what was there; none where the lanes keep no trace.
+    /// by sample, in place of what was there; none where the lanes keep none.
     pub(crate) fn motors(
         &self,
         variant: usize,
@@ -172,14 +172,15 @@ impl Outputs {
             .chain(second)
             .filter_map(|(info, per_rad, place, second)| {
                 let lane = self.lane(variant, place);
-                let trace = self.lanes[lane].trace.as_ref()?;
-                Some((info, per_rad, second, trace, self.layout.datums[lane]))
+                let (output, datum) = (&self.lanes[lane], self.layout.datums[lane]);
+                let motor = output.motor.as_ref()?;
+                Some((info, per_rad, second, output, motor, datum))
             })
             .collect();
         points.clear();
         for (servo_sample, time_s) in samples {
-            for (info, per_rad, second, trace, datum) in &motors {
-                let Some(sample) = trace.get(servo_sample) else {
+            for (info, per_rad, second, output, motor, datum) in &motors {
+                let Some(sample) = motor.get(servo_sample) else {
                     continue;
                 };
                 points.push(MotorPoint {
@@ -187,9 +188,9 @@ impl Outputs {
                     axis: info.id,
                     second: *second,
                     unit: info.unit,
-                    reference: sample.reference.position * per_rad,
-                    motor: sample.motor_position * per_rad,
-                    load: sample.load_position * per_rad - datum,
+                    reference: output.reference[servo_sample],
+                    motor: sample.position * per_rad,
+                    load: output.load[servo_sample] - datum,
                     current_a: sample.current,
                     torque_nm: sample.torque,
                     engagement: sample.engagement,

@@ -68,7 +68,8 @@ fn run_on(
             .filter_map(|(index, misled)| Some(Variant::misled(choices.get(*index)?, *misled))),
     );
     let kept = Kept {
-        trace: audience.wants_motors(),
+        trace: false,
+        motors: if audience.wants_motors() { methods } else { 0 },
         learning: audience.wants_learning(),
         limiters: audience.wants_limiters(),
         stops: true,

@@ -143,6 +143,8 @@ pub(crate) struct Stepper {
 pub(crate) struct Kept {
     /// All signals of every axis.
     pub(crate) trace: bool,
+    /// The motors of so many methods: those of the variants from 1 on.
+    pub(crate) motors: usize,
     /// What the drives know.
     pub(crate) learning: bool,
     /// What limits the motion.
@@ -168,7 +170,7 @@ impl Stepper {
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
-        let bank = Bank::new(machine, variants, &start, (threads, kept.trace), memory)?;
+        let bank = Bank::new(machine, variants, &start, (threads, kept), memory)?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
