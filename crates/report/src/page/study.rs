@@ -160,6 +160,8 @@ fn tables(out: &mut String, markdown: &str) {
     });
     let events = body.flat_map(|event| match event {
         Event::Html(text) | Event::InlineHtml(text) => vec![Event::Text(text)],
+        // a number keeps its unit on its line
+        Event::Text(text) => vec![Event::Text(text.replace(" %", "\u{a0}%").into())],
         Event::Start(Tag::Table(columns)) => vec![
             Event::Html("<div class=\"scroll\">".into()),
             Event::Start(Tag::Table(columns)),

@@ -21,7 +21,26 @@ signals();
 $("tools").parentElement.hidden = !path.tool;
 // A run that did not trace its motors has no signals of them.
 for (const id of ["axis", "signal", "signalplot"]) $(id).parentElement.hidden = !motors.length;
-$("time").max = data.duration;
+// The slider goes by time, or by lines: each move of the program is as long as any other there.
+const slider = (() => {
+  const runs = path.runs, byLine = () => $("by").value === "line";
+  const begin = (k) => k < runs.length ? path.time[runs[k][2]] : data.duration;
+  const lineAt = (time) => {
+    const k = indexAt(runs, time, runs.length, (run) => path.time[run[2]]), from = begin(k);
+    return k + Math.min(Math.max((time - from) / Math.max(begin(k + 1) - from, 1e-9), 0), 1);
+  };
+  function follow() {
+    $("time").max = byLine() ? runs.length : data.duration;
+    $("time").value = byLine() ? lineAt(chosen.time) : chosen.time;
+  }
+  function time() {
+    const value = Number($("time").value), k = Math.min(Math.floor(value), runs.length - 1);
+    return byLine() ? begin(k) + (value - k) * (begin(k + 1) - begin(k)) : value;
+  }
+  $("by").addEventListener("change", follow);
+  $("time").addEventListener("input", () => choose({ time: time() }, "slider"));
+  return { follow };
+})();
 
 function flights() {
   const method = data.methods[chosen.method];
@@ -53,7 +72,7 @@ chosen.followers.push((change, from) => {
     plots.all();
   }
   if ("time" in change) {
-    if (from !== "slider") $("time").value = chosen.time;
+    if (from !== "slider") slider.follow();
     plots.over();
   }
   source.follow();
@@ -62,7 +81,6 @@ chosen.followers.push((change, from) => {
 });
 
 $("method").addEventListener("change", (event) => choose({ method: Number(event.target.value) }));
-$("time").addEventListener("input", (event) => choose({ time: Number(event.target.value) }, "slider"));
 for (const id of ["axis", "signal"]) $(id).addEventListener("change", plots.signal);
 for (const link of document.querySelectorAll("a[data-t]")) link.addEventListener("click", (event) => {
   event.preventDefault();
@@ -87,7 +105,7 @@ if (data.methods.length && path.n > 1) {
   flights();
   source.rate();
   readout();
-  $("time").value = chosen.time;
+  slider.follow();
   plots.all();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     readColors();
