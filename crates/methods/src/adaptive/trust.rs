@@ -86,6 +86,16 @@ impl Trust {
         self.held
     }
 
+    /// Whether changes of the flank can be foreseen.
+    pub(super) fn foresees(&self) -> bool {
+        self.foreseen
+    }
+
+    /// How far the control and the other axes let it correct.
+    pub(super) fn allowed(&self) -> f64 {
+        self.others
+    }
+
     /// The part of a known gap that is used.
     pub(super) fn share(&self) -> f64 {
         self.used(1.0)

@@ -6,6 +6,7 @@ use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
 use crate::motion::Modes;
+use crate::observer::ForeseenContour;
 use lostmotion_base::{Clock, Coords};
 use lostmotion_contour::ContourTracker;
 use lostmotion_drive::{
@@ -250,6 +251,12 @@ impl Bank {
     pub(crate) fn learning(&self, variant: usize) -> Vec<Option<Learning>> {
         let of = |runner: &dyn AxisRunner| runner.learning();
         self.of_drives(variant, of)
+    }
+
+    /// What the control foresees of a variant.
+    pub(crate) fn foreseen(&self, variant: usize) -> Option<ForeseenContour> {
+        let guard = self.guards.get(variant)?.as_ref()?;
+        Some(guard.foreseen(self.command))
     }
 
     /// What the drives of a variant have learned for good.

@@ -22,6 +22,8 @@
 use super::frame::STANDSTILL_PER_S;
 use super::outputs::AxisInfo;
 use crate::motion::Modes;
+use crate::observer::ForeseenContour;
+use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{Clock, Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourTracker, FootState};
 use lostmotion_plan::Sample;
@@ -143,6 +145,20 @@ impl Guard {
             corrects,
             from_start: corrects,
             held_back: false,
+        }
+    }
+
+    /// What is foreseen, for those who look on.
+    pub(super) fn foreseen(&self, clock: Clock) -> ForeseenContour {
+        let count = (self.time_s / clock.period_s()).max(1.0);
+        ForeseenContour {
+            corrects: self.corrects,
+            waits: self.held_back,
+            measured_s: self.time_s,
+            rms_um: self
+                .squares
+                .map(|sum| UM_PER_MM * (sum / count).max(0.0).sqrt()),
+            max_um: self.peaks.map(|peak| UM_PER_MM * peak),
         }
     }
 

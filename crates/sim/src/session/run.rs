@@ -134,14 +134,11 @@ fn told(
             judge.report_motors(*observer, chunk);
         }
         if observer.wants_learning() {
-            for (method, known) in chunk
-                .learning
-                .iter()
-                .skip(1)
-                .take(judge.methods)
-                .enumerate()
-            {
-                observer.learning(method, chunk.progress.simulated_s, known);
+            let variants = chunk.learning.iter().zip(&chunk.foreseen);
+            for (method, (known, foreseen)) in variants.skip(1).take(judge.methods).enumerate() {
+                let time_s = chunk.progress.simulated_s;
+                observer.learning(method, time_s, known);
+                observer.foreseen(method, time_s, foreseen.as_ref());
             }
         }
     }

@@ -13,7 +13,7 @@ use super::outputs::Outputs;
 use crate::error::{SimError, SinkError};
 use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};
-use crate::observer::Progress;
+use crate::observer::{ForeseenContour, Progress};
 use crate::results::LimitsUsed;
 use crate::setup::Setup;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
@@ -81,6 +81,8 @@ pub(crate) struct Chunk {
     /// By variant, what its drives know at its end, in the order of
     /// [`Machine::drives`](crate::Machine::drives); empty where nobody asks.
     pub(crate) learning: Vec<Vec<Option<Learning>>>,
+    /// By variant, what the control foresees at its end; empty where nobody asks.
+    pub(crate) foreseen: Vec<Option<ForeseenContour>>,
     /// By variant, whether its machine stops in it.
     pub(crate) stops: Vec<Option<Stop>>,
 }
@@ -96,6 +98,7 @@ impl Chunk {
             over: false,
             progress: Progress::default(),
             learning: Vec::new(),
+            foreseen: Vec::new(),
             stops: Vec::new(),
         }
     }
@@ -260,7 +263,11 @@ impl Stepper {
             if with_learning {
                 chunk.learning.clear();
                 let variants = 0..bank.variants();
-                chunk.learning.extend(variants.map(|n| bank.learning(n)));
+                chunk
+                    .learning
+                    .extend(variants.clone().map(|n| bank.learning(n)));
+                chunk.foreseen.clear();
+                chunk.foreseen.extend(variants.map(|n| bank.foreseen(n)));
             }
             Ok(())
         };

@@ -20,11 +20,13 @@
 mod cell;
 mod knowledge;
 mod limit;
+mod moment;
 mod program;
 mod run;
 mod table;
 
 pub use cell::{DrawnCell, Traits, draw};
-pub use knowledge::Told;
+pub use knowledge::{AxisTruth, Told};
+pub use moment::{AxisMoment, Missing, Moment, trace};
 pub use run::{DrawnFigures, DrawnResult, Part, commissioned, run, run_all};
 pub use table::{left, markdown};
