@@ -8,6 +8,7 @@
 use super::bank::{Bank, Variant};
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
+use super::guard::Rehearse;
 use super::monitor::{Monitor, Stop};
 use super::outputs::Outputs;
 use crate::error::{SimError, SinkError};
@@ -161,6 +162,7 @@ impl Stepper {
         variants: &[Variant<'_>],
         threads: usize,
         kept: Kept,
+        rehearse: Option<&Rehearse<'_>>,
     ) -> Result<Stepper, SimError> {
         let (machine, options) = (setup.machine, setup.options);
         let feed = if kept.limiters {
@@ -171,7 +173,14 @@ impl Stepper {
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
-        let bank = Bank::new(machine, variants, &start, (threads, kept.trace), memory)?;
+        let bank = Bank::new(
+            machine,
+            variants,
+            &start,
+            (threads, kept.trace),
+            memory,
+            rehearse,
+        )?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(

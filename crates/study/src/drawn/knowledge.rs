@@ -1,7 +1,6 @@
 //! What a method that learns knew, and when: the time line of a run.
 
-use super::moment::{self, AxisMoment, Missing, Moment, axis_moment};
-use lostmotion_base::units::UM_PER_MM;
+use super::moment::{self, AxisMoment, AxisTruth, Missing, Moment, axis_moment};
 use lostmotion_drive::{Learning, ReadingVerdict};
 use lostmotion_methods::AxisConfig;
 use lostmotion_report::number::fixed;
@@ -20,37 +19,6 @@ pub struct Told {
     pub drive: String,
     /// What, in words.
     pub what: String,
-}
-
-/// What is true of an axis.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AxisTruth {
-    /// Name of the drive.
-    pub name: String,
-    /// Total gap, um.
-    pub gap_um: f64,
-    /// Inertia of the load at the motor, kg m2.
-    pub inertia_kgm2: f64,
-    /// Coulomb friction of the load, part of the rated torque.
-    pub friction: f64,
-    /// Rated torque of the motor, N m.
-    pub rated_nm: f64,
-    /// Micrometres of a radian of the motor.
-    pub um_per_rad: f64,
-}
-
-impl AxisTruth {
-    fn of(name: String, config: &AxisConfig) -> AxisTruth {
-        let (load, rated_nm) = (config.reflected_load(), config.motor.rated_torque_nm);
-        AxisTruth {
-            name,
-            gap_um: UM_PER_MM * config.gap_in_unit(),
-            inertia_kgm2: load.inertia_kgm2,
-            friction: load.coulomb_nm / rated_nm,
-            rated_nm,
-            um_per_rad: UM_PER_MM / config.transmission.motor_rad_per_unit(),
-        }
-    }
 }
 
 /// What was told of an axis so far.
@@ -131,17 +99,21 @@ impl Knowledge {
             self.told.push(Told {
                 time_s,
                 drive: "control".to_owned(),
-                what: format!(
-                    "{does}: foresees {with} um RMS for {without}, {high} um max for {highest}"
-                ),
+                what: if contour.measured_s > 0.0 {
+                    format!(
+                        "{does}: foresees {with} um RMS for {without}, {high} um max for {highest}"
+                    )
+                } else {
+                    format!("{does} from the start")
+                },
             });
         }
     }
 
     /// Takes what backlash causes from one moment to the next: servo ticks, the sum of the squares and
     /// the largest magnitude, um.
-    pub(super) fn left(&mut self, stretches: impl Iterator<Item = (u64, f64, f64)>) {
-        for (moment, (ticks, squares, max)) in self.moments.iter_mut().zip(stretches) {
+    pub(super) fn left(&mut self, intervals: impl Iterator<Item = (u64, f64, f64)>) {
+        for (moment, (ticks, squares, max)) in self.moments.iter_mut().zip(intervals) {
             moment.ticks = ticks;
             moment.backlash_um = [(squares / (ticks as f64).max(1.0)).sqrt(), max];
         }
@@ -189,7 +161,8 @@ impl AxisKnowledge {
         }
         // What it misses is told with what it believes: friction and inertia decide about it.
         let before = self.missing.replace(moment.missing);
-        if before != Some(moment.missing) && moment.missing != Missing::Load {
+        let is_told = truth.gap_um > 0.0 && moment.missing != Missing::Load;
+        if is_told && before != Some(moment.missing) {
             told.push(format!(
                 "{}: gap {} of {} um, inertia {} +- {}, friction {} +- {} of {}",
                 moment.missing.text(),

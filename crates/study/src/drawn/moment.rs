@@ -1,12 +1,11 @@
 //! What a method that learns believed, what it did and what is true, a row every 50 ms; and from
 //! the rows why it leaves what it leaves.
 
-use super::knowledge::AxisTruth;
-use super::run::DrawnFigures;
+use lostmotion_base::units::UM_PER_MM;
 use lostmotion_drive::Learning;
+use lostmotion_methods::AxisConfig;
 use lostmotion_report::number::{fixed, percent};
 use lostmotion_sim::ForeseenContour;
-use std::fmt::Write;
 
 /// Part of the squares of what backlash leaves from which on a cause is named. A choice: it is a
 /// quarter of the RMS.
@@ -17,6 +16,37 @@ const OFF_SHARE: f64 = 0.02;
 /// Largest error that backlash causes, over the larger gap, from which on a load was thrown. A
 /// choice: a gap alone causes no more than itself.
 const THROWN: f64 = 1.2;
+
+/// What is true of an axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AxisTruth {
+    /// Name of the drive.
+    pub name: String,
+    /// Total gap, um.
+    pub gap_um: f64,
+    /// Inertia of the load at the motor, kg m2.
+    pub inertia_kgm2: f64,
+    /// Coulomb friction of the load, part of the rated torque.
+    pub friction: f64,
+    /// Rated torque of the motor, N m.
+    pub rated_nm: f64,
+    /// Micrometres of a radian of the motor.
+    pub um_per_rad: f64,
+}
+
+impl AxisTruth {
+    pub(super) fn of(name: String, config: &AxisConfig) -> AxisTruth {
+        let (load, rated_nm) = (config.reflected_load(), config.motor.rated_torque_nm);
+        AxisTruth {
+            name,
+            gap_um: UM_PER_MM * config.gap_in_unit(),
+            inertia_kgm2: load.inertia_kgm2,
+            friction: load.coulomb_nm / rated_nm,
+            rated_nm,
+            um_per_rad: UM_PER_MM / config.transmission.motor_rad_per_unit(),
+        }
+    }
+}
 
 /// What an axis still misses to correct; the first of these that it does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,7 +136,7 @@ pub(super) fn axis_moment(truth: &AxisTruth, now: &Learning) -> AxisMoment {
         Missing::Friction
     } else if !now.foresees {
         Missing::Inertia
-    } else if now.allowed < 1.0 {
+    } else if now.allowed <= 0.0 {
         Missing::Leave
     } else if now.used_half_gap_rad <= 0.0 {
         Missing::Gap
@@ -202,7 +232,7 @@ pub(super) fn cause(
     for account in accounts {
         let share = account.squares / total;
         // Not a number where nothing is left.
-        if !(share >= NAMED_SHARE) {
+        if share.is_nan() || share < NAMED_SHARE {
             continue;
         }
         let name = account.axis.and_then(|axis| truths.get(axis));
@@ -256,87 +286,4 @@ fn off(moments: &[Moment], truths: &[AxisTruth]) -> Option<String> {
         }
     }
     (!parts.is_empty()).then(|| parts.join(", "))
-}
-
-/// The rows of runs as CSV: what was believed, done and true of each axis, what the control foresees,
-/// and what backlash caused.
-pub fn trace(methods: &[DrawnFigures]) -> String {
-    let mut out = String::new();
-    for method in methods.iter().filter(|method| !method.moments.is_empty()) {
-        if out.is_empty() {
-            out.push_str(&header(&method.truths));
-        }
-        let start = if method.warm { "warm" } else { "cold" };
-        for moment in &method.moments {
-            let _ = write!(out, "{},{start},", method.method);
-            row(&mut out, moment, &method.truths);
-        }
-    }
-    out
-}
-
-fn header(truths: &[AxisTruth]) -> String {
-    let mut out = "method,start,t_s,backlash_rms_um,backlash_max_um,corrects,waits,foreseen_rms_without_um,foreseen_rms_with_um,foreseen_max_without_um,foreseen_max_with_um".to_owned();
-    for truth in truths {
-        for column in [
-            "missing",
-            "gap_um",
-            "gap_deviation_um",
-            "gap_used_um",
-            "gap_true_um",
-            "inertia_over_true",
-            "inertia_deviation_over_true",
-            "friction_of_rated",
-            "friction_deviation_of_rated",
-            "friction_true_of_rated",
-        ] {
-            let _ = write!(out, ",{}_{column}", truth.name);
-        }
-    }
-    out.push('\n');
-    out
-}
-
-fn row(out: &mut String, moment: &Moment, truths: &[AxisTruth]) {
-    // What is not known is an empty field.
-    let field = |value: f64, decimals: usize| {
-        if value.is_finite() {
-            fixed(value, decimals)
-        } else {
-            String::new()
-        }
-    };
-    let [rms, max] = moment.backlash_um;
-        let _ = write!(
-            out,
-            "{},{},{}",
-            fixed(moment.time_s, 3),
-            fixed(rms, 4),
-            fixed(max, 4)
-        );
-        match &moment.foreseen {
-            None => out.push_str(",,,,,,"),
-            Some(foreseen) => {
-                let _ = write!(
-                    out,
-                    ",{},{}",
-                    u8::from(foreseen.corrects),
-                    u8::from(foreseen.waits)
-                );
-                for value in foreseen.rms_um.iter().chain(&foreseen.max_um) {
-                    let _ = write!(out, ",{}", fixed(*value, 4));
-                }
-            }
-        }
-        for (axis, truth) in moment.axes.iter().zip(truths) {
-            let _ = write!(out, ",{}", axis.missing.text());
-            for value in axis.gap_um.iter().chain([&truth.gap_um]) {
-                let _ = write!(out, ",{}", field(*value, 4));
-            }
-            let shares = axis.inertia.iter().chain(&axis.friction);
-            for value in shares.chain([&truth.friction]) {
-                let _ = write!(out, ",{}", field(*value, 6));
-            }
-        }
-    out.push('\n');
 }

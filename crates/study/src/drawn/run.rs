@@ -1,9 +1,9 @@
 //! Cells through the session that users run, and their figures.
 
 use super::cell::{DrawnCell, Traits, draw};
-use super::knowledge::{AxisTruth, Knowledge, Told};
+use super::knowledge::{Knowledge, Told};
 use super::limit;
-use super::moment::Moment;
+use super::moment::{AxisTruth, Moment};
 use crate::error::StudyError;
 use lostmotion_drive::Learning;
 use lostmotion_methods::MethodId;
@@ -84,10 +84,10 @@ impl DrawnResult {
     }
 }
 
-/// Sums of a stretch of a method's motion: as long as it takes from one look at what is known to the
+/// Sums of an interval of a method's motion: as long as it takes from one look at what is known to the
 /// next.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stretch {
+struct Interval {
     count: u64,
     backlash_squares: f64,
     contour_squares: f64,
@@ -95,11 +95,11 @@ struct Stretch {
     contour_max: f64,
 }
 
-/// Looks on: adds up stretches, so that halves can be told apart when the end is known, and notes what
+/// Looks on: adds up intervals, so that halves can be told apart when the end is known, and notes what
 /// is known when.
 struct Watcher {
-    stretch_s: f64,
-    stretches: Vec<Vec<Stretch>>,
+    interval_s: f64,
+    intervals: Vec<Vec<Interval>>,
     knowledge: Vec<Knowledge>,
 }
 
@@ -111,8 +111,8 @@ impl Watcher {
             Knowledge::new(names.iter().cloned().zip(configs))
         };
         Watcher {
-            stretch_s: CHUNK_SAMPLES as f64 * cell.machine.cycles().command().period_s(),
-            stretches: vec![Vec::new(); methods],
+            interval_s: CHUNK_SAMPLES as f64 * cell.machine.cycles().command().period_s(),
+            intervals: vec![Vec::new(); methods],
             knowledge: std::iter::repeat_with(drives).take(methods).collect(),
         }
     }
@@ -120,15 +120,15 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
-        let Some(stretches) = self.stretches.get_mut(method) else {
+        let Some(intervals) = self.intervals.get_mut(method) else {
             return;
         };
         for point in points.iter().filter(|point| point.moving && !point.rapid) {
-            let stretch = (point.time_s.max(0.0) / self.stretch_s) as usize;
-            if stretches.len() <= stretch {
-                stretches.resize(stretch + 1, Stretch::default());
+            let interval = (point.time_s.max(0.0) / self.interval_s) as usize;
+            if intervals.len() <= interval {
+                intervals.resize(interval + 1, Interval::default());
             }
-            if let Some(sums) = stretches.get_mut(stretch) {
+            if let Some(sums) = intervals.get_mut(interval) {
                 sums.count += 1;
                 sums.backlash_squares += point.backlash_um * point.backlash_um;
                 sums.contour_squares += point.error_um * point.error_um;
@@ -159,16 +159,16 @@ impl Observer for Watcher {
     }
 }
 
-/// The figures of some stretches.
-fn part(stretches: &[Stretch]) -> Part {
-    let sum = |of: fn(&Stretch) -> f64| stretches.iter().map(of).sum::<f64>();
-    let max = |of: fn(&Stretch) -> f64| stretches.iter().map(of).fold(0.0, f64::max);
-    let count = (stretches.iter().map(|stretch| stretch.count).sum::<u64>() as f64).max(1.0);
+/// The figures of some intervals.
+fn part(intervals: &[Interval]) -> Part {
+    let sum = |of: fn(&Interval) -> f64| intervals.iter().map(of).sum::<f64>();
+    let max = |of: fn(&Interval) -> f64| intervals.iter().map(of).fold(0.0, f64::max);
+    let count = (intervals.iter().map(|interval| interval.count).sum::<u64>() as f64).max(1.0);
     Part {
-        backlash_rms: (sum(|stretch| stretch.backlash_squares) / count).sqrt(),
-        backlash_max: max(|stretch| stretch.backlash_max),
-        contour_rms: (sum(|stretch| stretch.contour_squares) / count).sqrt(),
-        contour_max: max(|stretch| stretch.contour_max),
+        backlash_rms: (sum(|interval| interval.backlash_squares) / count).sqrt(),
+        backlash_max: max(|interval| interval.backlash_max),
+        contour_rms: (sum(|interval| interval.contour_squares) / count).sqrt(),
+        contour_max: max(|interval| interval.contour_max),
     }
 }
 
@@ -249,10 +249,10 @@ fn simulate(
 }
 
 fn figures(run: &Run, watcher: Watcher, warm: bool) -> Vec<DrawnFigures> {
-    let watched = watcher.stretches.iter().zip(watcher.knowledge);
+    let watched = watcher.intervals.iter().zip(watcher.knowledge);
     let methods = run.results.iter().zip(watched);
-    let figures = methods.map(|(result, (stretches, mut knowledge))| {
-        let left = stretches.iter();
+    let figures = methods.map(|(result, (intervals, mut knowledge))| {
+        let left = intervals.iter();
         knowledge.left(left.map(|left| (left.count, left.backlash_squares, left.backlash_max)));
         let mut misled = Part::default();
         for run in &result.misled {
@@ -270,7 +270,7 @@ fn figures(run: &Run, watcher: Watcher, warm: bool) -> Vec<DrawnFigures> {
                 contour_rms: result.cutting.rms,
                 contour_max: result.cutting.max,
             },
-            second_half: part(stretches.get(stretches.len() / 2..).unwrap_or_default()),
+            second_half: part(intervals.get(intervals.len() / 2..).unwrap_or_default()),
             misled,
             cause: knowledge.cause(),
             truths: knowledge.truths().to_vec(),
