@@ -241,6 +241,10 @@ pub struct Learning {
     pub used_half_gap_rad: f64,
     /// Part of its correction that is in force: 1, or less where it fades out, 0 to 1.
     pub share: f64,
+    /// Whether its changes of flank can be foreseen: the inertia is known where it matters.
+    pub foresees: bool,
+    /// How far the control and the other axes let it correct, 0 to 1.
+    pub allowed: f64,
     /// The newest reading of the gap.
     pub reading: Option<GapReading>,
 }

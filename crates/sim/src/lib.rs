@@ -27,7 +27,7 @@ pub use error::{SimError, SinkError, TravelExcess};
 pub use limiter::Limiter;
 pub use machine::{Machine, presets};
 pub use motion::interpreter_config;
-pub use observer::{ContourPoint, MotorPoint, Observer, Progress};
+pub use observer::{ContourPoint, ForeseenContour, MotorPoint, Observer, Progress};
 pub use options::{BowLimit, Intervention, SimulateOptions};
 pub use program::Program;
 pub use results::Run;

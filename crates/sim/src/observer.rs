@@ -71,6 +71,23 @@ pub struct MotorPoint {
     pub engagement: Engagement,
 }
 
+/// The contours that the control foresees from what the drives of a method have learned: without a
+/// correction and with it. See [`Observer::foreseen`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ForeseenContour {
+    /// Whether the control lets the drives correct.
+    pub corrects: bool,
+    /// Whether an axis that comes back and is not known holds the others back.
+    pub waits: bool,
+    /// Time that was measured, s.
+    pub measured_s: f64,
+    /// RMS of the contour error over that time, um.
+    pub rms_um: [f64; 2],
+    /// Its largest magnitude, um.
+    pub max_um: [f64; 2],
+}
+
 /// How far a run is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -155,6 +172,10 @@ pub trait Observer: Send {
     /// [`Machine::drives`](crate::Machine::drives); `None` for a method that learns nothing. Only
     /// called if [`Observer::wants_learning`].
     fn learning(&mut self, _method: usize, _time_s: f64, _drives: &[Option<Learning>]) {}
+
+    /// What the control foresees of a method at the end of a chunk of the plan; `None` for a method
+    /// that corrects without asking. Only called if [`Observer::wants_learning`].
+    fn foreseen(&mut self, _method: usize, _time_s: f64, _contour: Option<&ForeseenContour>) {}
 
     /// Whether what methods learn is wanted.
     fn wants_learning(&self) -> bool {

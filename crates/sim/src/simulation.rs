@@ -8,7 +8,7 @@ use crate::observer::{Audience, Observer, OnProgress, Progress};
 use crate::options::{Intervention, SimulateOptions};
 use crate::program::Program;
 use crate::results::{PlanInfo, ProgramInfo, Run};
-use crate::session::{self, Kept, Stepper, TickSink, Ticks, Variant};
+use crate::session::{self, Kept, Rehearser, Stepper, TickSink, Ticks, Variant};
 use crate::setup::Setup;
 use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
@@ -297,7 +297,9 @@ impl<'a> Simulation<'a> {
                 trace: with_trace,
                 ..Kept::default()
             };
-            let mut stepper = Stepper::new(setup, &variants, threads, kept)?;
+            let rehearser = Rehearser::new(setup, &variants, threads);
+            let rehearse = |variant: usize, memory: &Memory| rehearser.rehearse(variant, memory);
+            let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearse))?;
             loop {
                 let (_, more) = stepper.step(|_, _| ());
                 let more = more?;

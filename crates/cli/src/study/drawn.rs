@@ -1,6 +1,6 @@
 //! `lostmotion study drawn`: machines and programs drawn at random.
 
-use super::{CellArgs, Page, failure, known_methods, methods, write_page};
+use super::{CellArgs, Page, failure, known_methods, methods, same_file, write_page};
 use crate::options::{threads, whole};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, ValueHint};
@@ -9,7 +9,7 @@ use lostmotion::report::WriteError;
 use lostmotion::report::number::{fixed, percent};
 use lostmotion::report::page::study_page;
 use lostmotion_study::drawn::{
-    DrawnCell, DrawnResult, commissioned, draw, left, markdown, run as run_cell, run_all,
+    DrawnCell, DrawnResult, commissioned, draw, left, markdown, run as run_cell, run_all, trace,
 };
 use std::io::Write;
 use std::path::PathBuf;
@@ -106,7 +106,7 @@ pub(super) fn of_cell(args: &CellArgs) -> Result<Option<(u64, u32)>, Failure> {
     let (Some(seed), Some(number)) = (seed, number) else {
         return Err(Failure::with_hint(
             format!("there is no cell `{name}`: it does not begin with a seed and a number"),
-            "a drawn cell is 7-3-square20-f900, or --seed 7 --cell 3",
+            "a drawn cell is 7-3, or --seed 7 --cell 3",
         ));
     };
     Ok(Some((seed, number)))
@@ -114,18 +114,14 @@ pub(super) fn of_cell(args: &CellArgs) -> Result<Option<(u64, u32)>, Failure> {
 
 /// Runs a drawn cell: figures, and the time line of what a method that learns knew.
 pub(super) fn cell(args: &CellArgs, seed: u64, number: u32) -> Result<u8, Failure> {
-    if let Some(path) = &args.out {
-        return Err(Failure::with_hint(
-            format!(
-                "--out {}: a drawn cell has no trace of its own",
-                path.display()
-            ),
-            "study drawn --export DIR writes machine and program: simulate --trace --out DIR runs them",
-        ));
-    }
     let cell = draw(seed, number).map_err(|error| failure(&error))?;
     // A name says what was drawn: with other ranges the same seed draws another cell.
-    if let Some(name) = args.name.as_ref().filter(|name| **name != cell.name) {
+    let short = format!("{seed}-{number}");
+    if let Some(name) = args
+        .name
+        .as_ref()
+        .filter(|name| **name != cell.name && **name != short)
+    {
         return Err(Failure::with_hint(
             format!(
                 "there is no cell `{name}`: cell {number} of seed {seed} is `{}`",
@@ -139,7 +135,17 @@ pub(super) fn cell(args: &CellArgs, seed: u64, number: u32) -> Result<u8, Failur
     }
     let adaptive = MethodId::ADAPTIVE.name().to_owned();
     let methods = methods(&[args.method.clone().unwrap_or(adaptive)])?;
+    if let Some(path) = args.out.as_ref().filter(|_| args.out == args.program) {
+        return Err(same_file(path));
+    }
+    // One that cannot be made is reported before the work is done.
+    let file = args.out.as_deref().map(output::create).transpose()?;
     let result = run_cell(&cell, &methods).map_err(|error| failure(&error))?;
+    if let Some(mut file) = file {
+        file.write_all(trace(&result.methods).as_bytes())
+            .map_err(|error| WriteError::io("write", file.path(), error))?;
+        file.commit()?;
+    }
     output::print(&shown(&cell, &result))?;
     Ok(DONE)
 }
@@ -180,9 +186,6 @@ fn shown(cell: &DrawnCell, result: &DrawnResult) -> String {
             fixed(whole.contour_rms, 3),
             fixed(whole.contour_max, 2),
         ));
-        if !method.cause.is_empty() {
-            out.push_str(&format!("cause: {}\n", method.cause));
-        }
         for told in &method.told {
             out.push_str(&format!(
                 "  {:>8} s  {}  {}\n",
@@ -190,6 +193,9 @@ fn shown(cell: &DrawnCell, result: &DrawnResult) -> String {
                 told.drive,
                 told.what
             ));
+        }
+        if !method.cause.is_empty() {
+            out.push_str(&format!("cause: {}\n", method.cause));
         }
     }
     out

@@ -49,7 +49,7 @@ pub(crate) enum StudyCommand {
 /// `study cell`.
 #[derive(Debug, Args)]
 pub(crate) struct CellArgs {
-    /// Name of the cell, from a table of the matrix or of `study drawn` (7-3-square20-f900)
+    /// Name of the cell, from a table of the matrix or of `study drawn` (7-3-square20-f900, or 7-3)
     #[arg(required_unless_present_all = ["seed", "number"])]
     pub(crate) name: Option<String>,
     /// Seed of a drawn cell, in place of its name
@@ -61,7 +61,8 @@ pub(crate) struct CellArgs {
     /// Compensation method; `none`, and for a drawn cell `adaptive`, if left out
     #[arg(long, value_name = "NAME", value_parser = known_methods())]
     pub(crate) method: Option<String>,
-    /// CSV to write: error and both axes, a row every 250 us
+    /// CSV to write: error and both axes, a row every 250 us; of a drawn cell what a method that learns
+    /// believed, did and missed, and what is true, a row every 50 ms
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
     /// Also write the cell's part program
@@ -188,6 +189,13 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     Ok(methods)
 }
 
+fn same_file(path: &Path) -> Failure {
+    Failure::with_hint(
+        format!("--out and --program are both {}", path.display()),
+        "name a file for each",
+    )
+}
+
 /// Runs one cell of the matrix, whose trace is that of the method, or a drawn one.
 fn cell(args: &CellArgs) -> Result<u8, Failure> {
     if let Some((seed, number)) = drawn::of_cell(args)? {
@@ -198,10 +206,7 @@ fn cell(args: &CellArgs) -> Result<u8, Failure> {
     let none = MethodId::NONE.name().to_owned();
     let methods = methods(&[args.method.clone().unwrap_or(none)])?;
     if let Some(path) = args.out.as_ref().filter(|_| args.out == args.program) {
-        return Err(Failure::with_hint(
-            format!("--out and --program are both {}", path.display()),
-            "name a file for each",
-        ));
+        return Err(same_file(path));
     }
     if let Some(path) = &args.program {
         let mut file = output::create(path)?;

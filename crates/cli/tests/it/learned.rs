@@ -178,20 +178,46 @@ fn what_cannot_be_learned_from_is_refused_with_place_value_and_hint() {
 #[test]
 fn a_drawn_cell_says_what_was_known_and_when() {
     let bench = Bench::new();
-    let said = bench.expect(0, &["study", "cell", "--seed", "1", "--cell", "5"]);
+    let said = bench.expect(0, &["study", "cell", "1-5", "--out", "cell.csv"]);
     for piece in [
         "1-5-circle43-f4525: ",
         "practical limit",
         "\nnone: backlash",
         "\nadaptive: backlash",
         "\nadaptive, warm: backlash",
-        "cause: x learned after",
+        "gap not known: gap ",
+        "control  lets the drives correct: foresees",
+        "cause: y gap not known",
         "load known: inertia",
         "reading 1: ",
         "uses ",
     ] {
         assert!(said.contains(piece), "{piece}: {said}");
     }
+    // The last line of each start names the cause.
+    let last = said.lines().last().unwrap_or_default();
+    assert!(last.starts_with("cause: "), "{said}");
+    // A row every 50 ms of the cold and of the warm start: what is believed and what is true.
+    let rows = std::fs::read_to_string(bench.path("cell.csv")).unwrap();
+    let mut rows = rows.lines();
+    let columns: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let column = |name: &str| columns.iter().position(|column| *column == name).unwrap();
+    let starts = ["cold", "warm"].map(|start| {
+        let of = rows
+            .clone()
+            .filter(|row| row.split(',').nth(1) == Some(start));
+        let row: Vec<&str> = of.clone().next_back().unwrap().split(',').collect();
+        assert_eq!(row.len(), columns.len());
+        let value = |name: &str| row[column(name)].parse::<f64>().unwrap();
+        assert!(
+            (value("x_gap_um") / value("x_gap_true_um") - 1.0).abs() < 0.02,
+            "{row:?}"
+        );
+        assert!((value("x_inertia_over_true") - 1.0).abs() < 0.1, "{row:?}");
+        assert_eq!(row[column("x_missing")], "while correcting");
+        of.count()
+    });
+    assert!(starts[0] == starts[1] && starts[0] > 100, "{starts:?}");
     bench.refuses(
         &["study", "cell", "1-5-circle44-f4525"],
         &["1-5-circle44-f4525", "1-5-circle43-f4525"],

@@ -184,11 +184,19 @@ impl LearningState {
         self.filter.inertia_doubt()
     }
 
-    /// The least and the most Coulomb friction that the load may have, within two standard
-    /// deviations, N m.
-    pub(super) fn friction_bounds(&self, load: &LoadModel, rated: f64) -> [f64; 2] {
-        let doubt = 2.0 * self.filter.friction_doubt() * rated;
-        [load.coulomb - doubt, load.coulomb + doubt]
+    /// The least and the most Coulomb friction that the load may have, within so many standard deviations
+    /// each, N m.
+    pub(super) fn friction_bounds(
+        &self,
+        load: &LoadModel,
+        rated: f64,
+        [below, above]: [f64; 2],
+    ) -> [f64; 2] {
+        let deviation = self.filter.friction_doubt() * rated;
+        [
+            load.coulomb - below * deviation,
+            load.coulomb + above * deviation,
+        ]
     }
 
     /// One tick; changes the load at the end of a block.

@@ -89,6 +89,8 @@ impl Adaptive {
             learned: self.memory(state),
             used_half_gap_rad: state.trust.used(state.used),
             share: state.trust.share(),
+            foresees: state.trust.foresees(),
+            allowed: state.trust.allowed(),
             reading: state.last,
         }
     }

@@ -67,6 +67,7 @@ mod window;
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
+use crate::memory::{negligible_half_gap_rad, tells_friction};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
 use foresee::Foresee;
@@ -127,11 +128,7 @@ const LARGEST_MISFIT_SHARE: f64 = 0.005;
 /// Bound of the latter: beyond it a second contact or a load that bounced was taken for the gap.
 /// Tuned on drawn cells of seed 1 and 773109 (no bound before, which let 5 gaps pass).
 const LARGEST_MISFIT_BY_SHARE: f64 = 30.0;
-/// Half gap below which there is nothing to compensate, mm of a linear axis: 1.3 um in all.
-const NEGLIGIBLE_HALF_GAP_MM: f64 = 6.5e-4;
-/// The same of a rotary axis, rad at the motor.
-const NEGLIGIBLE_HALF_GAP_RAD: f64 = 2e-4;
-/// Part of it that a reading of no gap at all counts as, since deviations are told in parts of the
+/// Part of what is worth compensating that a reading of no gap at all counts as, since deviations are told in parts of the
 /// value.
 const LEAST_HALF_GAP_SHARE: f64 = 0.1;
 /// Largest standard deviation of a reading that counts, part of its value. A choice: a half gap
@@ -277,11 +274,12 @@ impl Registered for Adaptive {
                 noise,
             },
             motor_coulomb: config.motor.coulomb_nm,
-            negligible: match config.transmission {
-                Transmission::Rotary { .. } => NEGLIGIBLE_HALF_GAP_RAD,
-                _ => NEGLIGIBLE_HALF_GAP_MM * config.transmission.motor_rad_per_unit(),
-            },
-            remembered: config.compensation.learned.map(|memory| memory.learned),
+            negligible: negligible_half_gap_rad(&config.transmission),
+            remembered: config
+                .compensation
+                .learned
+                .map(|memory| memory.learned)
+                .filter(|learned| tells_friction(learned, rated_torque)),
             cycle_ticks: config.cycles.servo_ticks() as u32,
         }
     }
@@ -511,7 +509,11 @@ impl Compensator for Adaptive {
         if state.learning.known {
             let friction = state
                 .learning
-                .friction_bounds(&state.load, self.motor.rated_torque)
+                .friction_bounds(
+                    &state.load,
+                    self.motor.rated_torque,
+                    state.trust.deviations(),
+                )
                 .map(|bound| bound / self.motor.rated_torque);
             state
                 .trust

@@ -13,18 +13,19 @@
 //!    the same share never is.
 //!
 //! ```text
-//! held      from  T_f - 2 s > 0.005 T_rated  until  T_f + 2 s < 0.005 T_rated          s: standard deviation of T_f
+//! held      from  T_f - 2 s > 0.005 T_rated (3 s with a memory)  until  T_f + 2 s < 0.005 T_rated          s: standard deviation of T_f
 //! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b           s_J: standard deviation of J; w, a: largest so far
 //! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
+use crate::memory::{CERTAIN_DEVIATIONS, HOLDING_SHARE};
 use lostmotion_drive::signal::Reference;
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
 
-/// Coulomb friction from which on it holds a load, part of the rated torque. Tuned on drawn cells:
-/// loads with 0.6 % and more were helped there.
-const HOLDING_SHARE: f64 = 0.005;
+/// Standard deviations by which friction has to be above it while learning, or below it to let go. A choice:
+/// 1 in 40.
+const LEARNING_DEVIATIONS: f64 = 2.0;
 /// Standard deviation of the inertia, part of it, with which changes of the flank can be foreseen.
 /// Tuned on drawn cells: 17 % threw a load (20261124-10).
 const CERTAIN_INERTIA: f64 = 0.1;
@@ -53,6 +54,8 @@ pub(super) struct Trust {
     foreseen: bool,
     /// Least readiness of the other axes.
     others: f64,
+    /// Whether it began with a memory.
+    remembers: bool,
 }
 
 impl Trust {
@@ -67,6 +70,7 @@ impl Trust {
         certain: false,
         foreseen: false,
         others: 1.0,
+        remembers: false,
     };
 
     /// From what is known already: whether friction holds the load, and whether the gap is too small
@@ -77,13 +81,34 @@ impl Trust {
             nil,
             certain: true,
             foreseen: true,
+            remembers: true,
             ..Trust::NONE
+        }
+    }
+
+    /// Standard deviations by which friction has to be above what holds a load to count on it, more where a
+    /// memory says so, since it is used without a proof; and below it to let go.
+    pub(super) fn deviations(&self) -> [f64; 2] {
+        if self.remembers {
+            [CERTAIN_DEVIATIONS, LEARNING_DEVIATIONS]
+        } else {
+            [LEARNING_DEVIATIONS; 2]
         }
     }
 
     /// Whether friction certainly holds the load.
     pub(super) fn is_held(&self) -> bool {
         self.held
+    }
+
+    /// Whether changes of the flank can be foreseen.
+    pub(super) fn foresees(&self) -> bool {
+        self.foreseen
+    }
+
+    /// How far the control and the other axes let it correct.
+    pub(super) fn allowed(&self) -> f64 {
+        self.others
     }
 
     /// The part of a known gap that is used.

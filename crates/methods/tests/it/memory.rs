@@ -211,3 +211,24 @@ proptest! {
         prop_assert!(out.load.iter().all(|load| load.is_finite()));
     }
 }
+
+#[test]
+fn a_memory_that_does_not_tell_the_friction_is_not_used() {
+    let cold = mill_x(0.1, 60.0, None);
+    let (learned, rated_nm) = (learned(&cold, 6.0), cold.motor.rated_torque_nm);
+    let with = |coulomb: f64, deviation: f64| Learned {
+        coulomb_nm: coulomb * rated_nm,
+        coulomb_deviation_nm: deviation * rated_nm,
+        ..learned
+    };
+    let motion = |t: f64| circle(10.0, 5.0, t);
+    let load = |config: &AxisConfig| run(config, "adaptive", &motion, 4.0).load;
+    // the axis starts cold, whatever is said of gap and inertia
+    let untold = remembering(&cold, with(0.1, 0.006));
+    assert_eq!(load(&untold), load(&cold));
+    assert!(load(&remembering(&cold, learned)) != load(&cold));
+    // that it holds the load has to be certain by three deviations: 0.5 % of the rated torque
+    let floats = |learned| AxisMemory::new(learned, &cold).learned.floats;
+    assert!(!floats(learned) && !floats(with(0.01, 0.0016)));
+    assert!(floats(with(0.01, 0.0017)));
+}

@@ -1,16 +1,18 @@
 //! All axes of all variants of the machine, stepped side by side.
 
-use super::guard::Guard;
+use super::guard::{Guard, Rehearse};
 use super::outputs::{AxisInfo, Beam, LaneLayout, Outputs};
 use super::stepper::Kept;
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
 use crate::motion::Modes;
+use crate::observer::ForeseenContour;
 use lostmotion_base::{Clock, Coords};
 use lostmotion_contour::ContourTracker;
+use lostmotion_drive::config::{Load, Reflected};
 use lostmotion_drive::{
-    AxisBatch, AxisError, AxisOutput, AxisRunner, Learning, Setpoint, Tie, TiedAxes,
+    AxisBatch, AxisError, AxisOutput, AxisRunner, Learned, Learning, Setpoint, Tie, TiedAxes,
 };
 use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
@@ -66,6 +68,9 @@ pub(crate) struct Bank {
 pub(crate) struct Variant<'a> {
     choice: Option<&'a Choice>,
     misled: Option<Misled>,
+    /// Of a machine that is rehearsed: its loads and gaps are those of the memory, and this part of
+    /// the correction is used.
+    rehearsed: Option<f64>,
 }
 
 impl<'a> Variant<'a> {
@@ -74,6 +79,7 @@ impl<'a> Variant<'a> {
         Variant {
             choice: None,
             misled: None,
+            rehearsed: None,
         }
     }
 
@@ -82,7 +88,21 @@ impl<'a> Variant<'a> {
         Variant {
             choice: Some(choice),
             misled: None,
+            rehearsed: None,
         }
+    }
+
+    /// The machine as its drives have learned it, with a part of the correction of a compensator.
+    pub(crate) fn rehearsed(choice: &'a Choice, part: f64) -> Variant<'a> {
+        Variant {
+            rehearsed: Some(part),
+            ..Variant::with_gap(choice)
+        }
+    }
+
+    /// Its compensator.
+    pub(super) fn choice(&self) -> Option<&'a Choice> {
+        self.choice
     }
 
     /// The same, whose drives are told something wrong.
@@ -90,6 +110,7 @@ impl<'a> Variant<'a> {
         Variant {
             choice: Some(choice),
             misled: Some(misled),
+            rehearsed: None,
         }
     }
 
@@ -99,12 +120,15 @@ impl<'a> Variant<'a> {
         self.choice.is_some()
     }
 
-    /// The description of a drive in this variant.
-    fn config(&self, config: &AxisConfig) -> AxisConfig {
-        match self.choice {
-            None => config.without_gap(),
-            Some(_) => config.clone(),
-        }
+    /// The description of a drive in this variant, with what it starts from.
+    fn config(&self, config: &AxisConfig, learned: Option<AxisMemory>) -> AxisConfig {
+        let mut config = match (self.choice, self.rehearsed) {
+            (None, _) => config.without_gap(),
+            (Some(_), None) => config.clone(),
+            (Some(_), Some(_)) => as_learned(config, learned.map(|memory| memory.learned)),
+        };
+        config.compensation.learned = learned;
+        config
     }
 
     /// A drive of this variant, from its description.
@@ -125,6 +149,7 @@ impl Bank {
         start: &Coords,
         (threads, kept): (usize, Kept),
         memory: Option<&Memory>,
+        rehearse: Option<&Rehearse<'_>>,
     ) -> Result<Bank, SimError> {
         let drives = machine.drives();
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
@@ -151,10 +176,10 @@ impl Bank {
                     axis: axis.id,
                     source,
                 };
-                let mut config = variant.config(config);
                 let remembered = memory.zip(drives.get(drive));
-                config.compensation.learned =
+                let remembered =
                     remembered.and_then(|(memory, name)| memory.axis.get(name).copied());
+                let config = variant.config(config, remembered);
                 // Joints count in mm and rad, axes in the unit of their file (mm, deg, rad).
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = variant.runner(&config, at).map_err(error)?;
@@ -206,11 +231,19 @@ impl Bank {
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
         let mut batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
-        // With a memory corrections are used from the start, without one as soon as they certainly help.
+        // With a memory corrections are used from the start as far as a rehearsal says, without one as
+        // soon as they certainly help.
         let mut guards: Vec<Option<Guard>> = variants.iter().map(|_| None).collect();
         for (lane, axis) in batch.axes().enumerate() {
-            if axis.heeds_others() {
-                guards[variant_of[lane]].get_or_insert_with(|| Guard::new(count, memory.is_some()));
+            let variant = variant_of[lane];
+            if axis.heeds_others() && guards[variant].is_none() {
+                let said = rehearse.zip(memory);
+                let said = said.and_then(|(rehearse, memory)| rehearse(variant, memory));
+                guards[variant] = Some(match (variants[variant].rehearsed, said) {
+                    (Some(part), _) => Guard::fixed(count, part),
+                    (None, Some(said)) => Guard::rehearsed(count, said),
+                    (None, None) => Guard::new(count, false),
+                });
             }
         }
         let heeded = guards.iter().any(Option::is_some);
@@ -251,6 +284,12 @@ impl Bank {
     pub(crate) fn learning(&self, variant: usize) -> Vec<Option<Learning>> {
         let of = |runner: &dyn AxisRunner| runner.learning();
         self.of_drives(variant, of)
+    }
+
+    /// What the control foresees of a variant.
+    pub(crate) fn foreseen(&self, variant: usize) -> Option<ForeseenContour> {
+        let guard = self.guards.get(variant)?.as_ref()?;
+        Some(guard.foreseen(self.command))
     }
 
     /// What the drives of a variant have learned for good.
@@ -502,6 +541,28 @@ impl Bank {
             .into_iter()
             .enumerate()
             .try_for_each(|(beam, result)| result.map_err(|source| named(free + 2 * beam, source)))
+    }
+}
+
+/// An axis as its drive has learned it: what it has not is a load as heavy as the motor, without
+/// friction and gap.
+fn as_learned(config: &AxisConfig, learned: Option<Learned>) -> AxisConfig {
+    let told = config.reflected_load();
+    let learned = learned.unwrap_or(Learned {
+        load_inertia_kgm2: config.motor_side_inertia_kgm2(),
+        ..Learned::default()
+    });
+    AxisConfig {
+        load: Load::Reflected(Reflected {
+            inertia_kgm2: learned.load_inertia_kgm2,
+            viscous_nm_s_per_rad: learned.viscous_nm_s_per_rad,
+            coulomb_nm: learned.coulomb_nm,
+            constant_nm: learned.constant_nm,
+            gap_rad: 2.0 * learned.half_gap_rad,
+            ..told
+        }),
+        drift: Default::default(),
+        ..config.clone()
     }
 }
 

@@ -15,15 +15,20 @@
 //! square of the change: half of it is clear, also where the axes lag by far more than the gap.
 //!
 //! Without a memory nothing is corrected before it is certainly better or no worse; with one, from
-//! the start until it is worse. Axes learn their gaps one after the other, and foresee the last
+//! the start as far as a rehearsal says, until it is worse than what is foreseen and what was
+//! rehearsed without a correction. Axes learn their gaps one after the other, and foresee the last
 //! seconds then: commands are held until all are known. Only what the drives know enters: their learned loads and gaps,
 //! their references and motors.
 
+use super::contours::{Contours, Pair, Returns};
 use super::frame::STANDSTILL_PER_S;
 use super::outputs::AxisInfo;
+use crate::machine::Memory;
 use crate::motion::Modes;
-use lostmotion_base::{Clock, Coords, Tick};
-use lostmotion_contour::{ContourInput, ContourTracker, FootState};
+use crate::observer::ForeseenContour;
+use lostmotion_base::Clock;
+use lostmotion_base::units::UM_PER_MM;
+use lostmotion_contour::ContourTracker;
 use lostmotion_plan::Sample;
 use std::collections::VecDeque;
 
@@ -38,10 +43,6 @@ const NO_WORSE: (f64, u32) = (2.0, 2);
 /// Time before which nothing counts as worse, s; with a memory, as long as for `NO_WORSE`. A choice: at
 /// the start of a motion nobody knows where a load lies in its gap.
 const LEAST_S: f64 = 1.0;
-/// How often another axis comes back after an axis did until that one holds nobody back. A choice: the
-/// tool axis of a part in a plane is out soon; where both come back in turn it is at most twice, on waves of
-/// two to one and of three to two.
-const OTHERS_RETURNS: u32 = 3;
 /// RMS with a correction over that without from which on it is worse. A choice: half of what counts
 /// as worse in the study.
 const WORSE_RMS: f64 = 1.01;
@@ -56,24 +57,23 @@ const BETTER_PEAK: (f64, f64) = (1.01, 2.5e-4);
 /// counts as worse in the study.
 const WORSE_PEAK: (f64, f64) = (1.02, 5e-4);
 
+/// What a rehearsal says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rehearsed {
+    /// The part of the correction with which the contour is no worse, 0 for none.
+    pub(super) share: f64,
+    /// Mean square (mm2) and peak (mm) of the contour error without a correction.
+    pub(super) without: [f64; 2],
+}
+
+/// Who rehearses a variant, by its number, whose drives know this; `None` where nothing is to be said.
+pub(crate) type Rehearse<'a> = dyn Fn(usize, &Memory) -> Option<Rehearsed> + 'a;
+
 /// What the drives of a variant foresee, measured on the path.
 #[derive(Debug)]
 pub(super) struct Guard {
-    feet: [FootState; 2],
-    squares: [f64; 2],
-    /// The same of the difference of both.
-    changed: f64,
-    peaks: [f64; 2],
-    /// Time that was measured, s.
-    time_s: f64,
-    /// By axis, its last direction and how often it came back.
-    turns: Vec<(f64, u32)>,
-    /// By axis, how often each had come back when it did.
-    since: Vec<Vec<u32>>,
-    /// By axis, whether it has not come back for so long that its load stays on its flank.
-    stays: Vec<bool>,
-    /// How often it did while measuring.
-    returns: Vec<u32>,
+    contours: Contours,
+    returns: Returns,
     /// What could not be measured yet, since an axis was not known; the oldest first.
     held: VecDeque<Held>,
     /// How often each axis comes back until what was measured is forgotten while nothing is corrected.
@@ -85,10 +85,13 @@ pub(super) struct Guard {
     from_start: bool,
     /// Whether an axis is not known that the others have to wait for.
     held_back: bool,
+    /// The part of their corrections that drives use while they correct.
+    part: f64,
+    /// Whether that is all that it says: of a machine that is rehearsed.
+    fixed: bool,
+    /// What the rehearsal said.
+    rehearsal: Option<Rehearsed>,
 }
-
-/// What an axis foresees: joint positions without a correction and with it.
-pub(super) type Pair = [Coords; 2];
 
 /// A command of the plan and what was foreseen for it.
 #[derive(Clone, Debug)]
@@ -128,28 +131,60 @@ impl Guard {
     /// Of so many axes; whether it corrects from the start.
     pub(super) fn new(axes: usize, corrects: bool) -> Guard {
         Guard {
-            feet: Default::default(),
-            squares: [0.0; 2],
-            changed: 0.0,
-            peaks: [0.0; 2],
-            time_s: 0.0,
-            turns: vec![(0.0, 0); axes],
-            since: vec![vec![0; axes]; axes],
-            stays: vec![true; axes],
-            returns: vec![0; axes],
+            contours: Contours::default(),
+            returns: Returns::new(axes),
             held: VecDeque::new(),
             patience: PATIENCE.0,
             corrected: corrects,
             corrects,
             from_start: corrects,
             held_back: false,
+            part: 1.0,
+            fixed: false,
+            rehearsal: None,
+        }
+    }
+
+    /// Of a machine that is rehearsed with a part of its correction.
+    pub(super) fn fixed(axes: usize, part: f64) -> Guard {
+        Guard {
+            part,
+            fixed: true,
+            ..Guard::new(axes, true)
+        }
+    }
+
+    /// Of a machine whose program was rehearsed: it corrects from the start, and as far as that says.
+    pub(super) fn rehearsed(axes: usize, said: Rehearsed) -> Guard {
+        Guard {
+            part: said.share,
+            rehearsal: Some(said),
+            ..Guard::new(axes, said.share > 0.0)
+        }
+    }
+
+    /// What is foreseen, for those who look on.
+    pub(super) fn foreseen(&self, clock: Clock) -> ForeseenContour {
+        let Contours {
+            squares,
+            peaks,
+            time_s,
+            ..
+        } = self.contours;
+        let count = (time_s / clock.period_s()).max(1.0);
+        ForeseenContour {
+            corrects: self.corrects,
+            waits: self.held_back,
+            measured_s: time_s,
+            rms_um: squares.map(|sum| UM_PER_MM * (sum / count).max(0.0).sqrt()),
+            max_um: peaks.map(|peak| UM_PER_MM * peak),
         }
     }
 
     /// The part of their corrections that the drives may use.
     pub(super) fn share(&self) -> f64 {
         if self.corrects && !self.held_back {
-            1.0
+            self.part
         } else {
             0.0
         }
@@ -164,31 +199,12 @@ impl Guard {
         (tracker, modes): (&ContourTracker, &Modes),
     ) {
         // what comes back counts from the start: it is of the path, not of what is foreseen
-        let mut returned = 0;
-        for (axis, (turn, info)) in self.turns.iter_mut().zip(axes).enumerate() {
-            let speed = sample.velocity[info.id];
-            // below it an axis stands: rounding of the planner
-            let speed = if speed.abs() > STANDSTILL_PER_S {
-                speed
-            } else {
-                0.0
-            };
-            if speed * turn.0 < 0.0 {
-                turn.1 += 1;
-                returned |= 1 << axis;
-            }
-            if speed != 0.0 {
-                turn.0 = speed;
-            }
-        }
-        if returned != 0 {
-            self.note_returns(returned);
-        }
+        let returned = self.returns.take(sample, axes);
         // until an axis comes back, and while others do time and again, its load stays on its flank;
         // else one that is not known holds the others back: one set right alone can be worse than neither
         let mut pair = *pair;
         self.held_back = false;
-        for (stays, info) in self.stays.iter().zip(axes) {
+        for (stays, info) in self.returns.stays.iter().zip(axes) {
             if *stays {
                 pair.iter_mut()
                     .for_each(|joints| joints[info.id] = sample.position[info.id]);
@@ -210,20 +226,6 @@ impl Guard {
         // the path is measured in its order
         self.measure_held(clock, (tracker, modes));
         self.measure(&command, clock, (tracker, modes));
-    }
-
-    /// Notes, by bits, which axes come back now.
-    fn note_returns(&mut self, returned: u32) {
-        for (axis, (since, stays)) in self.since.iter_mut().zip(&mut self.stays).enumerate() {
-            if (returned >> axis) & 1 != 0 {
-                since.clear();
-                since.extend(self.turns.iter().map(|(_, count)| count));
-                *stays = false;
-            }
-            // one that never came back has its first flank
-            let mut others = since.iter().zip(&self.turns);
-            *stays |= others.any(|(since, (_, count))| *count >= since + OTHERS_RETURNS);
-        }
     }
 
     /// Takes what an axis foresees of the last commands, now that it is known; the last is the newest.
@@ -269,80 +271,54 @@ impl Guard {
             returned,
         }: &Held,
         clock: Clock,
-        (tracker, modes): (&ContourTracker, &Modes),
+        path: (&ContourTracker, &Modes),
     ) {
-        for (axis, returns) in self.returns.iter_mut().enumerate() {
-            *returns += (returned >> axis) & 1;
-        }
-        // nothing would be changed
-        if pair[0] == pair[1] || sample.path_speed <= 0.0 {
-            return;
-        }
-        let modes = modes.at(sample.segment);
-        let wanted = modes.tool_pose(&sample.position, &sample.tool_mm);
-        let mut offs = [[0.0; 3]; 2];
-        for ((joints, foot), off) in pair.iter().zip(&mut self.feet).zip(&mut offs) {
-            let pose = modes.tool_pose(joints, &sample.tool_mm);
-            let input = ContourInput {
-                tick: Tick::default(),
-                segment: sample.segment,
-                s: sample.s,
-                actual_tip_mm: pose.tip,
-                commanded_tip_mm: wanted.tip,
-                actual_axis: pose.axis,
-                commanded_axis: wanted.axis,
-            };
-            // what cannot be measured is no contour to judge by
-            match tracker.measure(foot, &input) {
-                Ok(found) if !found.rapid => *off = found.off_mm,
-                _ => return,
-            }
-        }
-        let square = |off: [f64; 3]| off.iter().map(|x| x * x).sum::<f64>();
-        for (which, off) in offs.into_iter().enumerate() {
-            self.squares[which] += square(off);
-            self.peaks[which] = self.peaks[which].max(square(off).sqrt());
-        }
-        self.changed += square(std::array::from_fn(|i| offs[1][i] - offs[0][i]));
-        self.time_s += clock.period_s();
-    }
-
-    /// Whether each axis came back so often since measuring began; one that never does need not.
-    fn came_back(&self, times: u32) -> bool {
-        let mut axes = self.stays.iter().zip(&self.returns);
-        axes.clone()
-            .all(|(stays, returns)| *stays || *returns >= times)
-            && axes.any(|(_, returns)| *returns > 0)
+        self.returns.count(*returned);
+        self.contours.measure(sample, pair, clock, path);
     }
 
     /// Decides anew; to be asked at the same times of the motion whatever the chunks.
     pub(super) fn decide(&mut self) {
-        let [without, with] = self.squares;
-        let peaks = self.peaks[1] <= WORSE_PEAK.0 * self.peaks[0] + WORSE_PEAK.1;
-        let seen = |times: u32, time_s: f64| self.time_s >= time_s && self.came_back(times);
+        if self.fixed {
+            return;
+        }
+        let Contours {
+            squares: [without, with],
+            peaks: [highest, high],
+            changed,
+            count,
+            time_s,
+            ..
+        } = self.contours;
+        let seen = |times: u32, least_s: f64| time_s >= least_s && self.returns.came_back(times);
         let seen_all = seen(NO_WORSE.1, NO_WORSE.0);
+        // a mass between two flanks foresees less well than the machine that was rehearsed
+        let [rehearsed, rehearsed_peak] = self.rehearsal.map_or([0.0; 2], |said| said.without);
+        let least = without.max(rehearsed * count as f64);
+        let no_worse = with <= WORSE_RMS * WORSE_RMS * least
+            && high <= WORSE_PEAK.0 * highest.max(rehearsed_peak) + WORSE_PEAK.1;
         if self.corrects {
             self.corrected = true;
             let enough = if self.from_start {
                 seen_all
             } else {
-                self.time_s >= LEAST_S
+                time_s >= LEAST_S
             };
-            let no_worse = peaks && with <= WORSE_RMS * WORSE_RMS * without;
             self.corrects = no_worse || !enough;
             return;
         }
-        let clearly = without - with >= CLEARLY.0 * self.changed && seen(CLEARLY.1, CLEARLY.2);
-        let peaks = self.peaks[1] <= BETTER_PEAK.0 * self.peaks[0] + BETTER_PEAK.1;
-        let no_worse = with <= without && seen_all;
-        let impatient = seen(self.patience, PATIENCE.1);
-        self.corrects = peaks && without > 0.0 && (clearly || no_worse);
+        // what was rehearsed and is worse stays as it is
+        if self.rehearsal.is_some_and(|said| said.share <= 0.0) {
+            return;
+        }
+        let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
+        let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
+        self.corrects = peaks && without > 0.0 && (clearly || with <= without && seen_all);
         // what was foreseen while the load was known less well is forgotten
-        if !self.corrects && !self.corrected && impatient {
+        if !self.corrects && !self.corrected && seen(self.patience, PATIENCE.1) {
             self.patience = self.patience.saturating_mul(2);
-            (self.time_s, self.squares, self.peaks) = (0.0, [0.0; 2], [0.0; 2]);
-            self.changed = 0.0;
-            self.returns.fill(0);
+            self.contours.clear();
+            self.returns.counted.fill(0);
         }
     }
 }
@@ -354,15 +330,18 @@ mod tests {
     /// Both axes came back so often, over a time, with these mean squares and peaks.
     fn seen(corrects: bool, times: u32, time_s: f64, squares: [f64; 2], peaks: [f64; 2]) -> bool {
         let mut guard = Guard {
-            squares,
-            peaks,
-            changed: 1.0,
-            time_s,
-            turns: vec![(1.0, times), (-1.0, times), (0.0, 0)],
-            returns: vec![times, times, 0],
-            stays: vec![false, false, true],
+            contours: Contours {
+                squares,
+                peaks,
+                changed: 1.0,
+                time_s,
+                ..Contours::default()
+            },
             ..Guard::new(3, corrects)
         };
+        guard.returns.turns = vec![(1.0, times), (-1.0, times), (0.0, 0)];
+        guard.returns.counted = vec![times, times, 0];
+        guard.returns.stays = vec![false, false, true];
         guard.decide();
         guard.share() > 0.0
     }
@@ -393,9 +372,9 @@ mod tests {
     fn an_axis_beside_others_that_come_back_time_and_again_stays_on_its_flank() {
         let mut guard = Guard::new(2, false);
         let mut came = |axis: usize| {
-            guard.turns[axis].1 += 1;
-            guard.note_returns(1 << axis);
-            guard.stays.clone()
+            guard.returns.turns[axis].1 += 1;
+            guard.returns.note(1 << axis);
+            guard.returns.stays.clone()
         };
         assert_eq!(came(0), [false, true]);
         assert_eq!(came(1), [false, false]);
@@ -411,18 +390,53 @@ mod tests {
     #[test]
     fn what_was_foreseen_first_is_forgotten_after_some_returns() {
         let mut guard = Guard {
-            squares: [1.0, 0.5],
-            peaks: [1.0, 2.0],
-            time_s: 1.5,
-            returns: vec![2, 3],
-            stays: vec![false, false],
+            contours: Contours {
+                squares: [1.0, 0.5],
+                peaks: [1.0, 2.0],
+                time_s: 1.5,
+                ..Contours::default()
+            },
             ..Guard::new(2, false)
         };
+        guard.returns.counted = vec![2, 3];
+        guard.returns.stays = vec![false, false];
         guard.decide();
-        assert!(guard.time_s > 0.0 && guard.patience == 3);
-        guard.returns = vec![3, 3];
+        assert!(guard.contours.time_s > 0.0 && guard.patience == 3);
+        guard.returns.counted = vec![3, 3];
         guard.decide();
-        assert!(guard.time_s == 0.0 && guard.patience == 6 && guard.share() == 0.0);
+        assert!(guard.contours.time_s == 0.0 && guard.patience == 6 && guard.share() == 0.0);
+    }
+
+    #[test]
+    fn a_rehearsal_says_how_far_to_correct_and_what_there_is_without() {
+        let said = |share| Rehearsed {
+            share,
+            without: [2.0, 1.2],
+        };
+        let mut guard = Guard::rehearsed(2, said(0.75));
+        assert_eq!(guard.share(), 0.75);
+        // worse than what a mass between two flanks foresees, not than what was rehearsed
+        guard.contours = Contours {
+            squares: [100.0, 150.0],
+            peaks: [1.0, 1.1],
+            count: 100,
+            time_s: 10.0,
+            ..Contours::default()
+        };
+        guard.returns.counted = vec![3, 3];
+        guard.returns.stays = vec![false, false];
+        guard.decide();
+        assert_eq!(guard.share(), 0.75);
+        guard.contours.squares[1] = 210.0;
+        guard.decide();
+        assert_eq!(guard.share(), 0.0);
+        // what was worse when rehearsed stays as it is, whatever is foreseen
+        let mut guard = Guard::rehearsed(2, said(0.0));
+        guard.contours.squares = [100.0, 1.0];
+        guard.contours.time_s = 10.0;
+        guard.returns.counted = vec![3, 3];
+        guard.decide();
+        assert_eq!(guard.share(), 0.0);
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! cutting  samples -> forces on the loads                          (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
 //! guard    what drives foresee -> whether they may correct        (guard.rs)
+//! rehearsal the start of the program with what drives have learned -> how far they may correct (rehearsal.rs)
+//! contours two contours of one motion, side by side               (contours.rs)
 //! frame    servo ticks paired with the commands they answer to     (frame.rs)
 //! stepper  chunk by chunk: plan, forces, axes, ticks               (stepper.rs)
 //! monitor  following error, travel, overload: where the machine stops (monitor.rs)
@@ -16,12 +18,14 @@
 mod advice;
 mod bank;
 mod collect;
+mod contours;
 mod cutting;
 mod frame;
 mod guard;
 mod monitor;
 mod outputs;
 mod recorder;
+mod rehearsal;
 mod rows;
 mod run;
 mod stepper;
@@ -29,6 +33,7 @@ mod stepper;
 pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
+pub(crate) use rehearsal::Rehearser;
 pub(crate) use stepper::{Kept, Stepper};
 pub use stepper::{TickSink, Ticks};
 

@@ -4,9 +4,11 @@
 use super::bank::Variant;
 use super::frame::contour_input;
 use super::recorder::Recorder;
+use super::rehearsal::Rehearser;
 use super::rows;
 use super::stepper::{Chunk, Kept, Stepper};
 use crate::error::SimError;
+use crate::machine::Memory;
 use crate::method::Choice;
 use crate::observer::{Audience, MotorPoint, Observer};
 use crate::program::BlockTexts;
@@ -74,7 +76,9 @@ fn run_on(
         limiters: audience.wants_limiters(),
         stops: true,
     };
-    let mut stepper = Stepper::new(setup, &variants, threads, kept)?;
+    let rehearser = Rehearser::new(setup, &variants, threads);
+    let rehearse = |variant: usize, memory: &Memory| rehearser.rehearse(variant, memory);
+    let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearse))?;
     let points_of = if audience.wants_contour() { methods } else { 0 };
     let mut judge = Judge::new(setup, &stepper, variants.len(), methods, points_of);
     let mut texts = audience
@@ -135,14 +139,11 @@ fn told(
             judge.report_motors(*observer, chunk);
         }
         if observer.wants_learning() {
-            for (method, known) in chunk
-                .learning
-                .iter()
-                .skip(1)
-                .take(judge.methods)
-                .enumerate()
-            {
-                observer.learning(method, chunk.progress.simulated_s, known);
+            let variants = chunk.learning.iter().zip(&chunk.foreseen);
+            for (method, (known, foreseen)) in variants.skip(1).take(judge.methods).enumerate() {
+                let time_s = chunk.progress.simulated_s;
+                observer.learning(method, time_s, known);
+                observer.foreseen(method, time_s, foreseen.as_ref());
             }
         }
     }

@@ -8,12 +8,13 @@
 use super::bank::{Bank, Variant};
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
+use super::guard::Rehearse;
 use super::monitor::{Monitor, Stop};
 use super::outputs::Outputs;
 use crate::error::{SimError, SinkError};
 use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};
-use crate::observer::Progress;
+use crate::observer::{ForeseenContour, Progress};
 use crate::results::LimitsUsed;
 use crate::setup::Setup;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
@@ -81,6 +82,8 @@ pub(crate) struct Chunk {
     /// By variant, what its drives know at its end, in the order of
     /// [`Machine::drives`](crate::Machine::drives); empty where nobody asks.
     pub(crate) learning: Vec<Vec<Option<Learning>>>,
+    /// By variant, what the control foresees at its end; empty where nobody asks.
+    pub(crate) foreseen: Vec<Option<ForeseenContour>>,
     /// By variant, whether its machine stops in it.
     pub(crate) stops: Vec<Option<Stop>>,
 }
@@ -96,6 +99,7 @@ impl Chunk {
             over: false,
             progress: Progress::default(),
             learning: Vec::new(),
+            foreseen: Vec::new(),
             stops: Vec::new(),
         }
     }
@@ -160,6 +164,7 @@ impl Stepper {
         variants: &[Variant<'_>],
         threads: usize,
         kept: Kept,
+        rehearse: Option<&Rehearse<'_>>,
     ) -> Result<Stepper, SimError> {
         let (machine, options) = (setup.machine, setup.options);
         let feed = if kept.limiters {
@@ -170,7 +175,7 @@ impl Stepper {
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
-        let bank = Bank::new(machine, variants, &start, (threads, kept), memory)?;
+        let bank = Bank::new(machine, variants, &start, (threads, kept), memory, rehearse)?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
@@ -262,7 +267,11 @@ impl Stepper {
             if with_learning {
                 chunk.learning.clear();
                 let variants = 0..bank.variants();
-                chunk.learning.extend(variants.map(|n| bank.learning(n)));
+                chunk
+                    .learning
+                    .extend(variants.clone().map(|n| bank.learning(n)));
+                chunk.foreseen.clear();
+                chunk.foreseen.extend(variants.map(|n| bank.foreseen(n)));
             }
             Ok(())
         };

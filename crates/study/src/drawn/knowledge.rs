@@ -1,25 +1,14 @@
-//! What a method that learns knew, and when: the time line of a run, and the cause of what it leaves.
+//! What a method that learns knew, and when: the time line of a run.
 
-use lostmotion_base::units::UM_PER_MM;
+use super::moment::{self, AxisMoment, AxisTruth, Missing, Moment, axis_moment};
 use lostmotion_drive::{Learning, ReadingVerdict};
 use lostmotion_methods::AxisConfig;
-use lostmotion_report::number::{fixed, percent};
+use lostmotion_report::number::fixed;
+use lostmotion_sim::ForeseenContour;
 use std::collections::BTreeMap;
 
 /// Part of a value by which a used gap has to change to be told again. A choice.
 const TOLD_CHANGE: f64 = 0.02;
-/// Part of the time after which a gap that is used at last was learned late. A choice: what is not
-/// compensated for that long leaves a tenth of the RMS.
-const LATE_SHARE: f64 = 0.01;
-/// Part of the true gap by which a used one is wrong, on the average of the time in which it is
-/// used. A choice: it leaves as much of the error.
-const WRONG_SHARE: f64 = 0.02;
-/// Part of the time without a use of a known gap from which on that is the cause. A choice, as
-/// `LATE_SHARE`.
-const UNUSED_SHARE: f64 = 0.01;
-/// Largest error that backlash causes, over the larger gap, from which on a load was thrown. A
-/// choice: a gap alone causes no more than itself.
-const THROWN: f64 = 1.2;
 
 /// Something that changed in what a method knows of an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,95 +21,129 @@ pub struct Told {
     pub what: String,
 }
 
-/// What a method knew of an axis over a run.
+/// What was told of an axis so far.
 #[derive(Clone, Debug, Default)]
 struct AxisKnowledge {
-    name: String,
-    /// True total gap, um, and um of a radian of the motor.
-    gap_um: f64,
-    um_per_rad: f64,
-    load_known_s: Option<f64>,
-    first_used_s: Option<f64>,
-    /// Time in which a gap is used, s, and the integral of how far it is off over it.
-    used_s: f64,
-    off_s: f64,
+    is_load_told: bool,
     told_um: f64,
-    floats: bool,
-    share: f64,
+    missing: Option<Missing>,
     reading: u32,
     verdicts: BTreeMap<&'static str, u32>,
     counted: u32,
-    /// Time in which the gap was known and not used, s, and that of it in which the load floats.
-    unused_s: f64,
-    floating_s: f64,
-    faded_s: f64,
-    last_s: f64,
 }
 
 /// The time line of a method in a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Knowledge {
+    truths: Vec<AxisTruth>,
     axes: Vec<AxisKnowledge>,
+    corrects: bool,
     pub(super) told: Vec<Told>,
+    pub(super) moments: Vec<Moment>,
 }
 
 impl Knowledge {
     /// Of the drives of a machine that cut: those with a gap.
     pub(super) fn new<'a>(drives: impl Iterator<Item = (String, &'a AxisConfig)>) -> Knowledge {
-        let axis = |(name, config): (String, &AxisConfig)| AxisKnowledge {
-            name,
-            gap_um: UM_PER_MM * config.gap_in_unit(),
-            um_per_rad: UM_PER_MM / config.transmission.motor_rad_per_unit(),
-            share: 1.0,
-            ..AxisKnowledge::default()
-        };
+        let truths: Vec<AxisTruth> = drives
+            .map(|(name, config)| AxisTruth::of(name, config))
+            .collect();
         Knowledge {
-            axes: drives.map(axis).collect(),
-            told: Vec::new(),
+            axes: vec![AxisKnowledge::default(); truths.len()],
+            truths,
+            ..Knowledge::default()
         }
     }
 
     /// Takes what all drives know at a time, s.
     pub(super) fn push(&mut self, time_s: f64, drives: &[Option<Learning>]) {
-        for (axis, learning) in self.axes.iter_mut().zip(drives) {
-            if let Some(learning) = learning {
-                let told = axis.push(time_s, learning);
-                self.told.extend(told.into_iter().map(|what| Told {
-                    time_s,
-                    drive: axis.name.clone(),
-                    what,
-                }));
-            }
+        let mut moments = Vec::new();
+        let axes = self.axes.iter_mut().zip(&self.truths);
+        for ((axis, truth), learning) in axes.zip(drives) {
+            let Some(learning) = learning else { continue };
+            let moment = axis_moment(truth, learning);
+            let told = axis.push(truth, learning, &moment);
+            self.told.extend(told.into_iter().map(|what| Told {
+                time_s,
+                drive: truth.name.clone(),
+                what,
+            }));
+            moments.push(moment);
+        }
+        // A method that learns does so in all drives.
+        if moments.len() == self.truths.len() && !moments.is_empty() {
+            self.moments.push(Moment {
+                time_s,
+                axes: moments,
+                foreseen: None,
+                backlash_um: [0.0; 2],
+                ticks: 0,
+            });
         }
     }
 
-    /// Why the method leaves what it leaves: of the axes with a gap, the first cause of each;
-    /// `largest_um` is the largest error that backlash causes, `duration_s` the length of the
-    /// motion.
-    pub(super) fn cause(&self, largest_um: f64, duration_s: f64) -> String {
-        let most_um = self.axes.iter().map(|axis| axis.gap_um).fold(0.0, f64::max);
-        let mut causes = Vec::new();
-        if largest_um > THROWN * most_um {
-            causes.push(format!("threw the load, {} um", fixed(largest_um, 0)));
+    /// Takes what the control foresees, behind [`Knowledge::push`].
+    pub(super) fn foresee(&mut self, time_s: f64, contour: Option<&ForeseenContour>) {
+        let Some((contour, moment)) = contour.zip(self.moments.last_mut()) else {
+            return;
+        };
+        moment.foreseen = Some(*contour);
+        if contour.corrects != std::mem::replace(&mut self.corrects, contour.corrects) {
+            let [[without, with], [highest, high]] =
+                [contour.rms_um, contour.max_um].map(|pair| pair.map(|um| fixed(um, 2)));
+            let does = if contour.corrects {
+                "lets the drives correct"
+            } else {
+                "takes the correction back"
+            };
+            self.told.push(Told {
+                time_s,
+                drive: "control".to_owned(),
+                what: if contour.measured_s > 0.0 {
+                    format!(
+                        "{does}: foresees {with} um RMS for {without}, {high} um max for {highest}"
+                    )
+                } else {
+                    format!("{does} from the start")
+                },
+            });
         }
-        let of_axes = self.axes.iter().filter(|axis| axis.gap_um > 0.0);
-        causes.extend(
-            of_axes.filter_map(|axis| Some(format!("{} {}", axis.name, axis.cause(duration_s)?))),
-        );
-        causes.join("; ")
+    }
+
+    /// Takes what backlash causes from one moment to the next: servo ticks, the sum of the squares and
+    /// the largest magnitude, um.
+    pub(super) fn left(&mut self, intervals: impl Iterator<Item = (u64, f64, f64)>) {
+        for (moment, (ticks, squares, max)) in self.moments.iter_mut().zip(intervals) {
+            moment.ticks = ticks;
+            moment.backlash_um = [(squares / (ticks as f64).max(1.0)).sqrt(), max];
+        }
+    }
+
+    /// What is true of its axes.
+    pub(super) fn truths(&self) -> &[AxisTruth] {
+        &self.truths
+    }
+
+    /// Why the method leaves what it leaves; empty for one that does not learn.
+    pub(super) fn cause(&self) -> String {
+        moment::cause(&self.moments, &self.truths, |axis| {
+            self.axes.get(axis)?.refused()
+        })
     }
 }
 
 impl AxisKnowledge {
     /// Takes what is known now; gives what has changed.
-    fn push(&mut self, time_s: f64, now: &Learning) -> Vec<String> {
+    fn push(&mut self, truth: &AxisTruth, now: &Learning, moment: &AxisMoment) -> Vec<String> {
         let mut told = Vec::new();
-        let span = time_s - std::mem::replace(&mut self.last_s, time_s);
-        if let Some(learned) = now.learned.filter(|_| self.load_known_s.is_none()) {
-            self.load_known_s = Some(time_s);
+        if now.learned.is_some() && !std::mem::replace(&mut self.is_load_told, true) {
             told.push(format!(
-                "load known: inertia {:.3e} kg m2, friction {:.3e} N m",
-                learned.load_inertia_kgm2, learned.coulomb_nm
+                "load known: inertia {} +- {} of the true one, friction {} +- {} of the rated torque, {} true",
+                fixed(moment.inertia[0], 2),
+                fixed(moment.inertia[1], 2),
+                fixed(moment.friction[0], 4),
+                fixed(moment.friction[1], 4),
+                fixed(truth.friction, 4),
             ));
         }
         if let Some(reading) = now.reading.filter(|reading| reading.number != self.reading) {
@@ -129,48 +152,38 @@ impl AxisKnowledge {
             *self.verdicts.entry(reading.verdict.text()).or_default() += 1;
             self.counted += u32::from(reading.verdict == ReadingVerdict::Counts);
             let [gap, deviation] = [reading.half_gap_rad, reading.deviation_rad]
-                .map(|half| fixed(2.0 * half * self.um_per_rad, 2));
+                .map(|half| fixed(2.0 * half * truth.um_per_rad, 2));
             told.push(format!(
                 "reading {}: {gap} um +- {deviation}: {}",
                 reading.number,
                 reading.verdict.text()
             ));
         }
-        let is_known = now
-            .learned
-            .is_some_and(|learned| learned.half_gap_rad > 0.0);
-        let floats = now.learned.is_some_and(|learned| learned.floats);
-        let used_um = 2.0 * now.used_half_gap_rad * now.share * self.um_per_rad;
-        if is_known && used_um == 0.0 {
-            self.unused_s += span;
-            self.floating_s += if floats { span } else { 0.0 };
-            self.faded_s += if now.share < 1.0 { span } else { 0.0 };
-        }
-        if is_known && floats != self.floats {
-            self.floats = floats;
-            told.push(if floats { "floats" } else { "is on its flanks" }.to_owned());
-        }
-        if (now.share - self.share).abs() > TOLD_CHANGE {
+        // What it misses is told with what it believes: friction and inertia decide about it.
+        let before = self.missing.replace(moment.missing);
+        let is_told = truth.gap_um > 0.0 && moment.missing != Missing::Load;
+        if is_told && before != Some(moment.missing) {
             told.push(format!(
-                "{} to {}",
-                if now.share < self.share {
-                    "fades"
-                } else {
-                    "comes back"
-                },
-                percent(now.share)
+                "{}: gap {} of {} um, inertia {} +- {}, friction {} +- {} of {}",
+                moment.missing.text(),
+                fixed(moment.gap_um[0], 2),
+                fixed(truth.gap_um, 2),
+                fixed(moment.inertia[0], 2),
+                fixed(moment.inertia[1], 2),
+                fixed(moment.friction[0], 4),
+                fixed(moment.friction[1], 4),
+                fixed(truth.friction, 4),
             ));
-            self.share = now.share;
         }
-        if used_um > 0.0 {
-            self.first_used_s = self.first_used_s.or(Some(time_s));
-            self.used_s += span;
-            self.off_s += span * (used_um / self.gap_um - 1.0);
-        }
+        let used_um = moment.gap_um[2];
         if (used_um - self.told_um).abs() > TOLD_CHANGE * used_um.max(self.told_um) {
             self.told_um = used_um;
             told.push(if used_um > 0.0 {
-                format!("uses {} um of {}", fixed(used_um, 2), fixed(self.gap_um, 2))
+                format!(
+                    "uses {} um of {}",
+                    fixed(used_um, 2),
+                    fixed(truth.gap_um, 2)
+                )
             } else {
                 "uses no gap".to_owned()
             });
@@ -178,57 +191,16 @@ impl AxisKnowledge {
         told
     }
 
-    fn cause(&self, duration_s: f64) -> Option<String> {
-        let Some(first_s) = self.first_used_s else {
-            let refused = self.verdicts.iter().max_by_key(|(_, count)| **count);
-            return Some(match (self.load_known_s, refused) {
-                (None, _) => "never learned: the load is not known".to_owned(),
-                _ if self.floating_s > 0.5 * self.unused_s && self.unused_s > 0.0 => {
-                    format!(
-                        "known and not used: floats for {} s",
-                        fixed(self.floating_s, 0)
-                    )
-                }
-                (_, None) => "never learned: no reading".to_owned(),
-                _ if self.counted > 0 => {
-                    format!(
-                        "never learned: {} of {} readings count, too few agree",
-                        self.counted, self.reading
-                    )
-                }
-                (_, Some((why, count))) => {
-                    format!(
-                        "never learned: {count} of {} readings refused, {why}",
-                        self.reading
-                    )
-                }
-            });
-        };
-        if first_s > LATE_SHARE * duration_s {
-            return Some(format!("learned after {} s", fixed(first_s, 1)));
+    /// What became of its readings, where few count.
+    fn refused(&self) -> Option<String> {
+        if self.reading == 0 {
+            return Some("no reading".to_owned());
         }
-        let off = self.off_s / self.used_s;
-        if off.abs() > WRONG_SHARE {
-            return Some(format!(
-                "learned wrong by {}{}",
-                if off > 0.0 { "+" } else { "" },
-                percent(off)
-            ));
+        let all = self.reading;
+        if self.counted > 0 {
+            return Some(format!("{} of {all} readings count", self.counted));
         }
-        if self.faded_s > UNUSED_SHARE * duration_s {
-            return Some(format!("faded out for {} s", fixed(self.faded_s, 1)));
-        }
-        if self.unused_s > UNUSED_SHARE * duration_s {
-            return Some(format!(
-                "known and not used for {} s{}",
-                fixed(self.unused_s, 1),
-                if self.floating_s > 0.5 * self.unused_s {
-                    ": floats"
-                } else {
-                    ""
-                }
-            ));
-        }
-        None
+        let (why, count) = self.verdicts.iter().max_by_key(|(_, count)| **count)?;
+        Some(format!("{count} of {all} readings refused, {why}"))
     }
 }

@@ -20,11 +20,15 @@
 mod cell;
 mod knowledge;
 mod limit;
+mod moment;
 mod program;
 mod run;
 mod table;
+mod trace;
 
 pub use cell::{DrawnCell, Traits, draw};
 pub use knowledge::Told;
+pub use moment::{AxisMoment, AxisTruth, Missing, Moment};
 pub use run::{DrawnFigures, DrawnResult, Part, commissioned, run, run_all};
 pub use table::{left, markdown};
+pub use trace::trace;

@@ -3,12 +3,13 @@
 use super::cell::{DrawnCell, Traits, draw};
 use super::knowledge::{Knowledge, Told};
 use super::limit;
+use super::moment::{AxisTruth, Moment};
 use crate::error::StudyError;
 use lostmotion_drive::Learning;
 use lostmotion_methods::MethodId;
 use lostmotion_sim::machine::Memory;
 use lostmotion_sim::{
-    ContourPoint, Observer, Program, Run, SimulateOptions, Simulation, commission,
+    ContourPoint, ForeseenContour, Observer, Program, Run, SimulateOptions, Simulation, commission,
 };
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -45,6 +46,10 @@ pub struct DrawnFigures {
     pub cause: String,
     /// What it knew and when, of a method that learns.
     pub told: Vec<Told>,
+    /// The same every 50 ms, with what is true.
+    pub moments: Vec<Moment>,
+    /// What is true of the drives.
+    pub truths: Vec<AxisTruth>,
 }
 
 impl DrawnFigures {
@@ -79,9 +84,10 @@ impl DrawnResult {
     }
 }
 
-/// Sums of one second of a method's motion.
+/// Sums of an interval of a method's motion: as long as it takes from one look at what is known to the
+/// next.
 #[derive(Clone, Copy, Debug, Default)]
-struct Second {
+struct Interval {
     count: u64,
     backlash_squares: f64,
     contour_squares: f64,
@@ -89,10 +95,11 @@ struct Second {
     contour_max: f64,
 }
 
-/// Looks on: adds up seconds, so that halves can be told apart when the end is known, and notes what
+/// Looks on: adds up intervals, so that halves can be told apart when the end is known, and notes what
 /// is known when.
 struct Watcher {
-    seconds: Vec<Vec<Second>>,
+    interval_s: f64,
+    intervals: Vec<Vec<Interval>>,
     knowledge: Vec<Knowledge>,
 }
 
@@ -104,7 +111,8 @@ impl Watcher {
             Knowledge::new(names.iter().cloned().zip(configs))
         };
         Watcher {
-            seconds: vec![Vec::new(); methods],
+            interval_s: CHUNK_SAMPLES as f64 * cell.machine.cycles().command().period_s(),
+            intervals: vec![Vec::new(); methods],
             knowledge: std::iter::repeat_with(drives).take(methods).collect(),
         }
     }
@@ -112,15 +120,15 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn contour(&mut self, method: usize, points: &[ContourPoint]) {
-        let Some(seconds) = self.seconds.get_mut(method) else {
+        let Some(intervals) = self.intervals.get_mut(method) else {
             return;
         };
         for point in points.iter().filter(|point| point.moving && !point.rapid) {
-            let second = point.time_s.max(0.0) as usize;
-            if seconds.len() <= second {
-                seconds.resize(second + 1, Second::default());
+            let interval = (point.time_s.max(0.0) / self.interval_s) as usize;
+            if intervals.len() <= interval {
+                intervals.resize(interval + 1, Interval::default());
             }
-            if let Some(sums) = seconds.get_mut(second) {
+            if let Some(sums) = intervals.get_mut(interval) {
                 sums.count += 1;
                 sums.backlash_squares += point.backlash_um * point.backlash_um;
                 sums.contour_squares += point.error_um * point.error_um;
@@ -140,21 +148,27 @@ impl Observer for Watcher {
         }
     }
 
+    fn foreseen(&mut self, method: usize, time_s: f64, contour: Option<&ForeseenContour>) {
+        if let Some(knowledge) = self.knowledge.get_mut(method) {
+            knowledge.foresee(time_s, contour);
+        }
+    }
+
     fn wants_learning(&self) -> bool {
         true
     }
 }
 
-/// The figures of some seconds.
-fn part(seconds: &[Second]) -> Part {
-    let sum = |of: fn(&Second) -> f64| seconds.iter().map(of).sum::<f64>();
-    let max = |of: fn(&Second) -> f64| seconds.iter().map(of).fold(0.0, f64::max);
-    let count = (seconds.iter().map(|second| second.count).sum::<u64>() as f64).max(1.0);
+/// The figures of some intervals.
+fn part(intervals: &[Interval]) -> Part {
+    let sum = |of: fn(&Interval) -> f64| intervals.iter().map(of).sum::<f64>();
+    let max = |of: fn(&Interval) -> f64| intervals.iter().map(of).fold(0.0, f64::max);
+    let count = (intervals.iter().map(|interval| interval.count).sum::<u64>() as f64).max(1.0);
     Part {
-        backlash_rms: (sum(|second| second.backlash_squares) / count).sqrt(),
-        backlash_max: max(|second| second.backlash_max),
-        contour_rms: (sum(|second| second.contour_squares) / count).sqrt(),
-        contour_max: max(|second| second.contour_max),
+        backlash_rms: (sum(|interval| interval.backlash_squares) / count).sqrt(),
+        backlash_max: max(|interval| interval.backlash_max),
+        contour_rms: (sum(|interval| interval.contour_squares) / count).sqrt(),
+        contour_max: max(|interval| interval.contour_max),
     }
 }
 
@@ -188,14 +202,14 @@ fn run_inside(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, Study
         recommended: run.recommended.clone(),
         ..DrawnResult::default()
     };
-    let cold = figures(&run, &watcher, false);
+    let cold = figures(&run, watcher, false);
     let learns = |method: &str| method == MethodId::ADAPTIVE.name();
     for method in cold {
         let again = learns(&method.method).then(|| method.method.clone());
         result.methods.push(method);
         if let Some(method) = again {
             let (run, watcher) = simulate(cell, &[&method], Some(commissioned(cell)?))?;
-            let warm = figures(&run, &watcher, true);
+            let warm = figures(&run, watcher, true);
             result.methods.extend(warm);
         }
     }
@@ -234,10 +248,12 @@ fn simulate(
     Ok((run, watcher))
 }
 
-fn figures(run: &Run, watcher: &Watcher, warm: bool) -> Vec<DrawnFigures> {
-    let watched = watcher.seconds.iter().zip(&watcher.knowledge);
+fn figures(run: &Run, watcher: Watcher, warm: bool) -> Vec<DrawnFigures> {
+    let watched = watcher.intervals.iter().zip(watcher.knowledge);
     let methods = run.results.iter().zip(watched);
-    let figures = methods.map(|(result, (seconds, knowledge))| {
+    let figures = methods.map(|(result, (intervals, mut knowledge))| {
+        let left = intervals.iter();
+        knowledge.left(left.map(|left| (left.count, left.backlash_squares, left.backlash_max)));
         let mut misled = Part::default();
         for run in &result.misled {
             misled.backlash_rms = misled.backlash_rms.max(run.backlash.rms);
@@ -245,7 +261,6 @@ fn figures(run: &Run, watcher: &Watcher, warm: bool) -> Vec<DrawnFigures> {
             misled.contour_rms = misled.contour_rms.max(run.cutting.rms);
             misled.contour_max = misled.contour_max.max(run.cutting.max);
         }
-        let learns = result.method == MethodId::ADAPTIVE.name();
         DrawnFigures {
             method: result.method.clone(),
             warm,
@@ -255,14 +270,12 @@ fn figures(run: &Run, watcher: &Watcher, warm: bool) -> Vec<DrawnFigures> {
                 contour_rms: result.cutting.rms,
                 contour_max: result.cutting.max,
             },
-            second_half: part(seconds.get(seconds.len() / 2..).unwrap_or_default()),
+            second_half: part(intervals.get(intervals.len() / 2..).unwrap_or_default()),
             misled,
-            cause: if learns {
-                knowledge.cause(result.backlash.max, run.plan.duration_s)
-            } else {
-                String::new()
-            },
-            told: knowledge.told.clone(),
+            cause: knowledge.cause(),
+            truths: knowledge.truths().to_vec(),
+            told: knowledge.told,
+            moments: knowledge.moments,
         }
     });
     figures.collect()

@@ -91,7 +91,7 @@ fn a_commissioned_machine_is_told_nothing_but_what_it_learned() {
     };
     assert!(told(2, "load known") < told(2, "reading 1") && told(2, "uses") > 0.2);
     assert!(told(3, "uses") < 0.1);
-    assert!(result.methods[2].cause.contains("learned after"));
+    assert!(result.methods[2].cause.contains("gap not known"));
     assert!(result.methods[1].told.is_empty() && result.methods[1].cause.is_empty());
     // No method beats the practical limit here, and `lookup` is near it.
     let [rms_um, max_um] = result.practical_um;
@@ -136,4 +136,23 @@ fn a_pause_lets_no_axis_correct_alone() {
     let [none, cold] = [0, 1].map(|method: usize| &result.methods[method]);
     assert!(cold.whole.contour_max <= 1.02 * none.whole.contour_max + 0.5);
     assert!(cold.second_half.backlash_rms < 0.1 * none.second_half.backlash_rms);
+}
+
+#[test]
+fn a_program_is_rehearsed_before_what_was_learned_is_used() {
+    // The machine without its gaps has a peak of 115 % of that with them: `lookup`, told everything,
+    // makes the contour worse.
+    let cell = draw(20_261_124, 14).unwrap();
+    let result = run(&cell, &["lookup".to_owned(), "adaptive".to_owned()]).unwrap();
+    let [none, told, _, warm] = [0, 1, 2, 3].map(|method| result.methods[method].whole);
+    assert!(told.contour_max > 1.1 * none.contour_max);
+    assert!(warm.contour_max <= none.contour_max && warm.contour_rms < 0.5 * none.contour_rms);
+    assert!(warm.backlash_rms < 0.3 * none.backlash_rms);
+    // A load without friction that bounces through its commissioning: nothing of it is believed.
+    let cell = draw(773_109, 26).unwrap();
+    let memory = commissioned(&cell).unwrap();
+    assert!(memory.axis["x"].learned.floats && memory.axis["y"].learned.floats);
+    let result = run(&cell, &["adaptive".to_owned()]).unwrap();
+    let [none, cold, warm] = [0, 1, 2].map(|method| result.methods[method].whole);
+    assert_eq!((none, none), (cold, warm));
 }
