@@ -10,6 +10,7 @@
 //! commands of each heading; `cli` above them.
 
 mod axis;
+mod check_log;
 mod cli;
 mod commission;
 mod findings;

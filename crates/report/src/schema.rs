@@ -11,6 +11,7 @@
 
 use crate::findings;
 use lostmotion_base::names::did_you_mean;
+use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
 use lostmotion_sim::time::results::CycleTime;
 use schemars::generate::SchemaSettings;
@@ -27,16 +28,19 @@ pub enum Document {
     Comparison,
     /// Answer of `time --format json`.
     Time,
+    /// Answer of `check-log --format json`.
+    CheckLog,
     /// What is found in a part program: `--diagnostics json`.
     Findings,
 }
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 4] = [
+    pub const ALL: [Document; 5] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
+        Document::CheckLog,
         Document::Findings,
     ];
 
@@ -46,6 +50,7 @@ impl Document {
             Document::Simulation => "simulation",
             Document::Comparison => "comparison",
             Document::Time => "time",
+            Document::CheckLog => "check-log",
             Document::Findings => "findings",
         }
     }
@@ -56,6 +61,7 @@ impl Document {
             Document::Simulation => "simulate --format json, one method",
             Document::Comparison => "simulate --methods NAMES --format json",
             Document::Time => "time --format json",
+            Document::CheckLog => "check-log --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
     }
@@ -91,6 +97,7 @@ pub fn schema(document: Document) -> Schema {
         Document::Simulation => of::<SingleRun>(document),
         Document::Comparison => of::<Run>(document),
         Document::Time => of::<CycleTime>(document),
+        Document::CheckLog => of::<RecordCheck>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }
 }

@@ -174,6 +174,14 @@ pub enum SimError {
     /// The contour stage was fed wrongly, or a simulated position is not a number any more.
     #[error("contour stage: {0}")]
     Contour(#[from] ContourError),
+    /// A recorded motion that cannot be held against the program.
+    #[error("{what}{}", if hint.is_empty() { String::new() } else { format!("\nhint: {hint}") })]
+    Record {
+        /// What is wrong with it.
+        what: String,
+        /// What to do; may be empty.
+        hint: String,
+    },
     /// The pool of threads cannot be made.
     #[error("cannot start {threads} threads: {why}")]
     Threads {
@@ -191,6 +199,13 @@ pub enum SimError {
 }
 
 impl SimError {
+    pub(crate) fn record(what: impl Into<String>, hint: impl Into<String>) -> SimError {
+        SimError::Record {
+            what: what.into(),
+            hint: hint.into(),
+        }
+    }
+
     /// With the files and calls that the block of the error stands in.
     pub(crate) fn with_provenance(mut self, found: &Diagnostics) -> SimError {
         if let SimError::NoAxis { provenance, .. }

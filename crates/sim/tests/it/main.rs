@@ -23,6 +23,7 @@ mod machine_file;
 mod machine_presets;
 mod memory;
 mod random_five_axis;
+mod recorded;
 mod robot_joint;
 mod sample_parts;
 mod splines;
