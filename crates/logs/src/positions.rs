@@ -140,24 +140,7 @@ pub fn read_positions(
     said.extend(header.said.iter().cloned());
     let kind = assign_named(name, &header, options, &mut assigned, &mut said)?;
     assigned.sort_by_key(|other| other.role);
-    if let Some(missing) = options.needed.iter().find(|axis| {
-        !assigned
-            .iter()
-            .any(|other| other.role == Role::Axis(**axis))
-    }) {
-        let letter = missing.letter().to_ascii_lowercase();
-        let names: Vec<&str> = header
-            .channels
-            .iter()
-            .map(|channel| channel.name.as_str())
-            .collect();
-        let what = format!(
-            "no column is known to be the position of axis {missing}; the columns are: {}",
-            shortened(&names.join(", "), LONGEST_SHOWN)
-        );
-        let hint = format!("name it: --column {letter}=NAME,unit=mm");
-        return Err(LogError::file(name, what, hint));
-    }
+    check_needed(name, &header, &assigned, &options.needed)?;
     let (factors, angles) = factors(name, &header, &assigned, options.unit, &mut said)?;
     let channels: Vec<usize> = assigned.iter().map(|other| other.channel).collect();
     reader.select(&channels);
@@ -192,6 +175,33 @@ pub fn read_positions(
         kind,
         said,
     })
+}
+
+/// Refuses a log without an axis that is needed, or without any.
+fn check_needed(
+    name: &str,
+    header: &Header,
+    assigned: &[Assigned],
+    needed: &[AxisId],
+) -> Result<(), LogError> {
+    let has = |axis: &AxisId| assigned.iter().any(|other| other.role == Role::Axis(*axis));
+    let missing = needed.iter().find(|axis| !has(axis));
+    let (what, letter) = match missing {
+        Some(axis) => (format!("axis {axis}"), axis.letter().to_ascii_lowercase()),
+        None if assigned.is_empty() => ("an axis".to_owned(), 'x'),
+        None => return Ok(()),
+    };
+    let names: Vec<&str> = header
+        .channels
+        .iter()
+        .map(|channel| channel.name.as_str())
+        .collect();
+    let what = format!(
+        "no column is known to be the position of {what}; the columns are: {}",
+        shortened(&names.join(", "), LONGEST_SHOWN)
+    );
+    let hint = format!("name it: --column {letter}=NAME,unit=mm");
+    Err(LogError::file(name, what, hint))
 }
 
 /// What a name tells of a position: its axis, what it is, and how good a candidate it is.
@@ -241,20 +251,34 @@ fn axis_of(name: &str, axes: &[AxisId]) -> Option<(AxisId, Option<PositionKind>,
     if let Some(axis) = lettered(&stem) {
         return Some((axis, None, 0));
     }
-    let (one, other) = stem.split_once(['_', ' ', '-'])?;
-    // x_command, commanded_x
-    let (axis, word) = match (lettered(one), lettered(other)) {
-        (Some(axis), None) => (axis, other),
-        (None, Some(axis)) => (axis, one),
-        _ => return None,
-    };
-    let kind = match word {
-        "command" | "commanded" | "cmd" | "reference" | "setpoint" | "set" | "soll" => COMMANDED,
-        "measured" | "actual" | "act" | "fb" | "motor" | "load" | "tool" | "ist" => MEASURED,
-        _ => return None,
-    };
-    let rank = u8::from(matches!(word, "motor" | "load"));
-    Some((axis, kind, rank))
+    // x_command, cmd_pos_x: a letter among words that are known.
+    let (mut axis, mut kind, mut rank) = (None, None, 0);
+    for word in stem.split(['_', ' ', '-']) {
+        let found = match word {
+            "pos" | "position" | "axis" => continue,
+            "command" | "commanded" | "cmd" | "reference" | "setpoint" | "set" | "soll" => {
+                COMMANDED
+            }
+            "measured" | "actual" | "act" | "fb" | "tool" | "ist" => MEASURED,
+            "motor" | "load" => {
+                rank = 1;
+                MEASURED
+            }
+            letter => {
+                // One letter, and nothing that is not known.
+                if axis.is_some() {
+                    return None;
+                }
+                axis = Some(lettered(letter)?);
+                continue;
+            }
+        };
+        if kind.is_some() {
+            return None;
+        }
+        kind = found;
+    }
+    Some((axis?, kind, rank))
 }
 
 /// Adds the axes that names tell; returns what all positions are.

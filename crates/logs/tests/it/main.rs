@@ -13,6 +13,7 @@ mod bad;
 #[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
 mod checks;
 mod formats;
+mod positions;
 mod replay;
 mod samples;
 mod tables;

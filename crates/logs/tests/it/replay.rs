@@ -17,6 +17,7 @@ const TARGETS: &[(&str, Check)] = &[
     ("camonitor", checks::camonitor),
     ("accelerometer", checks::accelerometer),
     ("table", checks::table),
+    ("positions", checks::positions),
 ];
 
 #[test]
@@ -75,6 +76,7 @@ const PIECES: &[&str] = &[
     "P 2026-01-01 00:00:00.0 1\n",
     "P 2026-01-01 00:00:01.0 2\n",
     "t_s,motor_mm,load_mm,current_a\n",
+    "t_s,x_mm,cmd_pos_y [um],c_deg\n",
     "0,1,2,3\n",
     "0.001,1,2,-3\n",
     "0.002,1,2,3\n",

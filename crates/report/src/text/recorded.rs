@@ -16,6 +16,9 @@ const LONGEST_BLOCK_TEXT: usize = 40;
 /// Time between rows from which it is shown in whole milliseconds, s.
 const SLOW_S: f64 = 0.01;
 
+/// Most decimals of a figure: um and s.
+const MOST_DECIMALS: f64 = 3.0;
+
 const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
 
@@ -140,12 +143,12 @@ fn times(value: f64) -> String {
     fixed(value, if value < 10.0 { 2 } else { 1 })
 }
 
-/// A figure of any size with three digits.
+/// A figure with three digits, as far as three decimals go.
 fn figure(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return plain(value);
     }
-    let decimals = (2.0 - math::log10(value.abs()).floor()).clamp(0.0, 9.0);
+    let decimals = (2.0 - math::log10(value.abs()).floor()).clamp(0.0, MOST_DECIMALS);
     fixed(value, decimals as usize)
 }
 

@@ -46,7 +46,9 @@ const FIT_PART: f64 = 0.01;
 /// not have, more where it cuts them.
 const WAYS: std::ops::RangeInclusive<f64> = 0.6..=1.7;
 /// Steps of the fit of a shift.
-const FIT_STEPS: usize = 12;
+const FIT_STEPS: usize = 16;
+/// How much narrower each of them takes the points that count.
+const NARROWER: f64 = 0.4;
 /// Smallest part of the points that has to tell a direction of the shift.
 const TOLD_SHARE: f64 = 1e-3;
 /// A fit this many times as wide as the best one, and the channel's own error, is as good.
@@ -458,10 +460,15 @@ impl Search<'_> {
             error_mm: 0.0,
             is_told: true,
         };
+        // Wide at first: where most of the record goes one way, the few points that tell the shift
+        // along it are off by all of it.
+        let mut wide = self.lost_mm;
         for _ in 0..FIT_STEPS {
             let track = &fitted.track;
             let distances = track.feet.iter().map(|foot| foot.distance_mm).collect();
-            let widest = (2.0 * quantile(distances, 0.5)).max(self.error_mm + 1e-6);
+            let usual = 2.0 * quantile(distances, 0.5);
+            let widest = usual.max(self.error_mm + 1e-6).max(wide);
+            wide *= NARROWER;
             let (mut matrix, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
             let (mut count, mut square) = (0.0, 0.0);
             for (point, foot) in points.iter().skip(track.from).zip(&track.feet) {
@@ -500,7 +507,7 @@ impl Search<'_> {
                 self.path.nearest(at, place - reach, place + reach).place_mm
             });
             fitted.track = self.track(points, from, near, fitted.shift_mm);
-            if norm(step) < 1e-7 {
+            if norm(step) < 1e-7 && wide < self.error_mm.max(1e-4) {
                 break;
             }
         }

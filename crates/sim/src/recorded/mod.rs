@@ -28,6 +28,8 @@ use results::{
 /// By how much a limit may be exceeded without being said to be, in parts of it. A choice: limits of
 /// controls are rounded numbers.
 const LIMIT_SLACK: f64 = 0.005;
+/// The same of measured positions. A choice: limits are those of commands, and servos overshoot.
+const SERVO_SLACK: f64 = 0.1;
 /// Part of a limit that an error of a derivative may be for the record to tell it.
 const TOLD_SHARE: f64 = 0.5;
 /// Distance that is none, mm: roundings of programs.
@@ -128,6 +130,9 @@ pub(crate) fn check(
         blocks.add(recorded.time_s[first + row], foot);
     }
     let mut untold = Vec::new();
+    if recorded.kind == RecordKind::Measured {
+        untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
+    }
     let axes = channels.axes(setup, first..last + 1, &mut blocks, &feet, &mut untold);
     if located.coordinates == Coordinates::Found && path.pieces.iter().any(|piece| piece.rapid) {
         untold.push(
@@ -326,7 +331,15 @@ impl<'a> Channels<'a> {
             };
             let unit = if axis.is_rotary() { deg(1.0) } else { 1.0 };
             let mut limits = Vec::new();
-            for (order, derivative) in DERIVATIVES.into_iter().enumerate() {
+            let is_measured = self.recorded.kind == RecordKind::Measured;
+            let slack = if is_measured {
+                SERVO_SLACK
+            } else {
+                LIMIT_SLACK
+            };
+            // What friction and a gap do to the jerk of a load is no fault of the control.
+            let held = if is_measured { 2 } else { DERIVATIVES.len() };
+            for (order, derivative) in DERIVATIVES.into_iter().take(held).enumerate() {
                 let limit = match derivative {
                     Derivative::Velocity => axis.limits.velocity,
                     Derivative::Acceleration => axis.limits.acceleration,
@@ -338,7 +351,7 @@ impl<'a> Channels<'a> {
                     let Some(foot) = feet.get(rate.row) else {
                         continue;
                     };
-                    let is_exceeded = rate.certain() > limit * (1.0 + LIMIT_SLACK);
+                    let is_exceeded = rate.certain() > limit * (1.0 + slack);
                     let used = LimitUse {
                         axis: *id,
                         derivative,

@@ -146,7 +146,7 @@ pub struct RecordedAxisCheck {
     pub step: f64,
     /// Standard deviation of their noise, mm or deg; 0 where the steps explain all.
     pub noise: f64,
-    /// Velocity, acceleration and jerk.
+    /// Velocity, acceleration and, of commands, jerk.
     pub limits: Vec<LimitUse>,
 }
 
