@@ -2,6 +2,7 @@
 //! besides.
 
 use crate::axis::{self, AxisCommand};
+use crate::ballbar::{self, Ballbar};
 use crate::check_log::{self, CheckLog};
 use crate::machine::{self, MachineCommand};
 use crate::method::{self, MethodCommand};
@@ -50,7 +51,10 @@ const HEADINGS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("Machines and methods", &["machine", "method"]),
-    ("Drives and measured data", &["axis", "check-log"]),
+    (
+        "Drives and measured data",
+        &["axis", "check-log", "ballbar"],
+    ),
     ("Research", &["study"]),
     ("This program", &["schema", "completions", "man"]),
 ];
@@ -123,6 +127,9 @@ enum Command {
     /// Hold the log of a program against the programmed path and the limits of the machine; where
     /// in the program it was recorded is found
     CheckLog(CheckLog),
+    /// Say what a ballbar's sheet tells of the axes: G, F and H of ISO 230-4, lost motion, spikes,
+    /// servo mismatch, squareness and scale with intervals; beside a simulated machine
+    Ballbar(Ballbar),
     /// Run the studies behind the methods
     #[command(subcommand)]
     Study(StudyCommand),
@@ -195,6 +202,7 @@ impl Cli {
             Command::Machine(command) => machine::run(command, quiet),
             Command::Method(command) => method::run(command),
             Command::Axis(command) => axis::run(command, quiet),
+            Command::Ballbar(args) => ballbar::run(args, quiet),
             Command::CheckLog(args) => check_log::run(args, quiet),
             Command::Fit(args) => axis::fit(args, quiet),
             Command::Study(command) => study::run(command, quiet),

@@ -108,8 +108,11 @@ pub fn read_axis(
     name: &str,
     options: &AxisOptions,
 ) -> Result<AxisLog, LogError> {
-    let of_axis = |spec: &&ColumnSpec| matches!(spec.role, Role::Axis(_));
-    if let Some(spec) = options.columns.iter().find(of_axis) {
+    let other = |spec: &&ColumnSpec| {
+        use Role::{Angle, Axis, Deviation, Radius};
+        matches!(spec.role, Axis(_) | Angle | Radius | Deviation)
+    };
+    if let Some(spec) = options.columns.iter().find(other) {
         let what = format!(
             "column {}={}: this log is of one axis",
             spec.role, spec.name
@@ -186,7 +189,7 @@ pub fn read_axis(
             Role::Current => log.drive = Some(DriveSignal::Current(column)),
             Role::Torque => log.drive = Some(DriveSignal::Torque(column)),
             Role::Force => log.drive = Some(DriveSignal::Force(column)),
-            Role::Time | Role::Axis(_) => {}
+            _ => {}
         }
     }
     check_sign(name, &log)?;

@@ -32,6 +32,7 @@
 
 mod accelerometer;
 mod axis;
+mod ballbar;
 mod camonitor;
 mod clocks;
 mod collect;
@@ -52,6 +53,7 @@ mod twincat;
 mod unit;
 
 pub use axis::{AxisLog, AxisOptions, DriveSignal, read_axis};
+pub use ballbar::{BallbarLog, BallbarOptions, read_ballbar};
 pub use error::LogError;
 pub use positions::{AxisPositions, PositionKind, PositionLog, PositionOptions, read_positions};
 pub use reader::LogReader;

@@ -29,6 +29,12 @@ pub enum Role {
     Torque,
     /// Force of the motor at the load.
     Force,
+    /// Angle of a ballbar ([`read_ballbar`](crate::read_ballbar)).
+    Angle,
+    /// Its radius.
+    Radius,
+    /// Its deviation from a radius.
+    Deviation,
     /// Position of one of several axes ([`read_positions`](crate::read_positions)).
     Axis(AxisId),
 }
@@ -41,6 +47,9 @@ const ROLES: &[(Role, &str)] = &[
     (Role::Current, "current"),
     (Role::Torque, "torque"),
     (Role::Force, "force"),
+    (Role::Angle, "angle"),
+    (Role::Radius, "radius"),
+    (Role::Deviation, "deviation"),
 ];
 
 impl fmt::Display for Role {

@@ -13,6 +13,7 @@ use crate::findings;
 use lostmotion_base::names::did_you_mean;
 use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
+use lostmotion_sim::testpart::BallbarAnswer;
 use lostmotion_sim::time::results::CycleTime;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
@@ -30,17 +31,20 @@ pub enum Document {
     Time,
     /// Answer of `check-log --format json`.
     CheckLog,
+    /// Answer of `ballbar --format json`.
+    Ballbar,
     /// What is found in a part program: `--diagnostics json`.
     Findings,
 }
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 5] = [
+    pub const ALL: [Document; 6] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
         Document::CheckLog,
+        Document::Ballbar,
         Document::Findings,
     ];
 
@@ -51,6 +55,7 @@ impl Document {
             Document::Comparison => "comparison",
             Document::Time => "time",
             Document::CheckLog => "check-log",
+            Document::Ballbar => "ballbar",
             Document::Findings => "findings",
         }
     }
@@ -62,6 +67,7 @@ impl Document {
             Document::Comparison => "simulate --methods NAMES --format json",
             Document::Time => "time --format json",
             Document::CheckLog => "check-log --format json",
+            Document::Ballbar => "ballbar --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
     }
@@ -98,6 +104,7 @@ pub fn schema(document: Document) -> Schema {
         Document::Comparison => of::<Run>(document),
         Document::Time => of::<CycleTime>(document),
         Document::CheckLog => of::<RecordCheck>(document),
+        Document::Ballbar => of::<BallbarAnswer>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }
 }

@@ -174,10 +174,11 @@ pub enum SimError {
     /// The contour stage was fed wrongly, or a simulated position is not a number any more.
     #[error("contour stage: {0}")]
     Contour(#[from] ContourError),
-    /// A recorded motion that cannot be held against the program.
+    /// What is asked for cannot be done: a recorded motion that is none of the program, a test that
+    /// does not fit the machine.
     #[error("{what}{}", if hint.is_empty() { String::new() } else { format!("\nhint: {hint}") })]
-    Record {
-        /// What is wrong with it.
+    Refused {
+        /// What is wrong.
         what: String,
         /// What to do; may be empty.
         hint: String,
@@ -199,8 +200,8 @@ pub enum SimError {
 }
 
 impl SimError {
-    pub(crate) fn record(what: impl Into<String>, hint: impl Into<String>) -> SimError {
-        SimError::Record {
+    pub(crate) fn refused(what: impl Into<String>, hint: impl Into<String>) -> SimError {
+        SimError::Refused {
             what: what.into(),
             hint: hint.into(),
         }

@@ -22,6 +22,7 @@ pub mod results;
 mod session;
 mod setup;
 pub mod simulation;
+pub mod testpart;
 pub mod time;
 
 pub use error::{SimError, SinkError, TravelExcess};

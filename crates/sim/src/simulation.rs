@@ -474,7 +474,7 @@ impl<'a> Simulation<'a> {
     /// ```
     ///
     /// # Errors
-    /// As [`Simulation::check`] but for travel, and [`SimError::Record`] for a record that is none of
+    /// As [`Simulation::check`] but for travel, and [`SimError::Refused`] for a record that is none of
     /// this machine or does not follow the program.
     pub fn check_record(
         &self,

@@ -9,8 +9,8 @@
 )]
 
 use lostmotion_logs::{
-    AxisOptions, ColumnSpec, LogReader, PositionOptions, ReadOptions, Row, read_axis,
-    read_positions,
+    AxisOptions, BallbarOptions, ColumnSpec, LogReader, PositionOptions, ReadOptions, Row,
+    read_axis, read_ballbar, read_positions,
 };
 
 /// Rows that are read of one input: each costs memory only while it is held.
@@ -183,6 +183,34 @@ pub fn positions(data: &[u8]) {
             for axis in &log.axes {
                 assert_eq!(axis.values.len(), log.time_s.len());
                 assert!(axis.values.iter().all(|value| value.is_finite()));
+            }
+        }
+    }
+}
+
+/// A ballbar's sheet: the first byte says what a user may have told.
+pub fn ballbar(data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let turn: String = (0..40)
+        .map(|n| format!("{},{}\n", 9 * n, 100 + n % 3))
+        .collect();
+    let text = [b"angle_deg,radius_mm\n", turn.as_bytes(), rest].concat();
+    let bytes = if first & 1 == 1 { rest } else { &text };
+    let columns = ["angle=1,unit=rad", "deviation=2,unit=um"];
+    let options = BallbarOptions {
+        columns: columns
+            .iter()
+            .take(usize::from(first >> 6))
+            .filter_map(|spec| spec.parse().ok())
+            .collect(),
+        max_rows: MOST_ROWS,
+    };
+    match read_ballbar(bytes, "fuzzed", &options) {
+        Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+        Ok(sheet) => {
+            assert!(!sheet.senses.is_empty());
+            for point in sheet.senses.iter().flatten() {
+                assert!(point.0.is_finite() && point.1.is_finite());
             }
         }
     }

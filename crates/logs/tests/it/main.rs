@@ -10,6 +10,7 @@
 
 mod axes;
 mod bad;
+mod ballbar;
 #[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
 mod checks;
 mod formats;

@@ -4,6 +4,7 @@
 //! the same everywhere; only the line of [`along`] is not.
 
 mod along;
+mod ballbar;
 mod blocks;
 mod comparison;
 mod parts;
@@ -14,6 +15,7 @@ mod table;
 mod time;
 
 pub use along::{Along, along};
+pub use ballbar::ballbar;
 pub use comparison::comparison;
 pub(crate) use comparison::{tested, what_it_takes};
 pub use parts::straightness;

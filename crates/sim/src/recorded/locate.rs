@@ -152,7 +152,7 @@ pub(super) fn locate(
             points.len(),
             STEP_MM.max(20.0 * error_mm)
         );
-        return Err(SimError::record(what, "log the program while it moves"));
+        return Err(SimError::refused(what, "log the program while it moves"));
     }
     let known = [
         (Coordinates::Machine, [0.0; 3]),
@@ -164,7 +164,7 @@ pub(super) fn locate(
         }
     }
     if !shifted {
-        return Err(SimError::record(
+        return Err(SimError::refused(
             "the log does not follow the program in the coordinates of the machine or of the program",
             "leave out --no-shift to look for others; check units, signs and order of the columns",
         ));
@@ -426,7 +426,7 @@ impl Search<'_> {
         let good =
             best.filter(|best| best.share(points) >= LEAST_SHARE && self.is_good(points, best));
         let Some(best) = good else {
-            return Err(SimError::record(
+            return Err(SimError::refused(
                 "the log does not follow the program anywhere",
                 "check that it is the log of this program; check units, signs and order of the columns, and the dialect of the program",
             ));
@@ -437,7 +437,7 @@ impl Search<'_> {
             .find(|fit| place(&fit.track) == place(&best))
             .filter(|fit| fit.is_told);
         let Some(one) = one else {
-            return Err(SimError::record(
+            return Err(SimError::refused(
                 "the log moves in too few directions to tell where in the program it is: its coordinates are neither those of the machine nor those of the program",
                 "log more of the program, or give the machine the work offset of the log: --offset g54=X,Y,Z",
             ));

@@ -113,7 +113,7 @@ pub(crate) fn check(
         options.max_moves,
     )?;
     if path.pieces.is_empty() {
-        return Err(SimError::record(
+        return Err(SimError::refused(
             "the program does not move the tool",
             "is it the right file?",
         ));
@@ -173,7 +173,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
         recorded.time_s[row].partial_cmp(&recorded.time_s[row - 1])
             != Some(std::cmp::Ordering::Greater)
     }) {
-        return Err(SimError::record(
+        return Err(SimError::refused(
             format!(
                 "row {}: the time {} s is not after {} s, the time of the row before",
                 row + 1,
@@ -190,7 +190,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
                 axis.axis,
                 axis.values.len()
             );
-            return Err(SimError::record(what, "one position a row"));
+            return Err(SimError::refused(what, "one position a row"));
         }
         if let Some(row) = axis.values.iter().position(|value| !value.is_finite()) {
             let what = format!(
@@ -198,7 +198,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
                 row + 1,
                 axis.axis
             );
-            return Err(SimError::record(what, "leave the row out"));
+            return Err(SimError::refused(what, "leave the row out"));
         }
     }
     let has = |wanted: AxisId| recorded.axes.iter().any(|axis| axis.axis == wanted);
@@ -214,7 +214,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
             .collect()
     };
     if let Some(missing) = needed.into_iter().find(|axis| !has(*axis)) {
-        return Err(SimError::record(
+        return Err(SimError::refused(
             format!(
                 "the record has no axis {missing}, which the machine `{}` has",
                 setup.machine.name()

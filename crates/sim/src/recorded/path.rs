@@ -67,7 +67,7 @@ impl ProgrammedPath {
                 continue;
             }
             if path.pieces.len() == most {
-                return Err(SimError::record(
+                return Err(SimError::refused(
                     format!("the program has more than {most} moves"),
                     "allow more of them: they are held in memory, half a kilobyte each",
                 ));
@@ -80,7 +80,7 @@ impl ProgrammedPath {
                 is_first = false;
             }
             if path.is_tip == shifted || (path.is_tip && path.tool_mm != motion.tool_mm) {
-                return Err(SimError::record(
+                return Err(SimError::refused(
                     format!(
                         "{}: the program changes its tool or its coordinates on a machine whose joints do not go with the tool",
                         motion.block.span

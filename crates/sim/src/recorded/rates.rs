@@ -318,7 +318,7 @@ mod tests {
                     time_bound_s: time_bound_s(&time_s),
                 };
                 for order in 1..=3 {
-                    let peak = 10.0 * frequency.powi(order as i32);
+                    let peak = 10.0 * math::pow(frequency, order as f64);
                     let certain = channel
                         .rates(Order(order))
                         .map(|rate| rate.certain())

@@ -30,6 +30,7 @@ mod splines;
 mod split;
 mod stops;
 mod stops_end;
+mod testpart;
 mod time;
 mod travel;
 mod worm;
