@@ -96,7 +96,9 @@ pub fn read_ballbar(
     let mut reader = LogReader::new(input, name, &read)?;
     let header = reader.header().clone();
     let mut said = vec![format!("format: {}", header.format)];
-    said.extend(header.said.iter().cloned());
+    // How far apart in time rows are plays no part.
+    let timed = |said: &&String| !said.starts_with("rows are taken to be");
+    said.extend(header.said.iter().filter(timed).cloned());
     let [angle, value] = columns(name, &header, options, &mut said)?;
     let is_deviation = value.role == Role::Deviation;
     let factors = [
