@@ -117,7 +117,7 @@ fn limits_and_tolerance_that_are_exceeded_are_named_with_their_block() {
             "-m",
             "bench3",
             "--set",
-            "axis.y.limits.linear.acceleration_mm_s2=123.4568",
+            "axis.y.limits.acceleration_mm_s2=123.4568",
         ],
     );
     let verdict = text.lines().nth(1).unwrap();
@@ -318,29 +318,26 @@ fn sheets_that_are_none_are_refused() {
 #[test]
 fn test_programs_are_simulated_before_they_are_written() {
     let bench = Bench::new();
-    for kind in ["circle", "reversal", "ballbar", "friction"] {
-        let out = format!("{kind}.nc");
-        bench.expect(
-            0,
-            &[
-                "axis",
-                "testpart",
-                "--for",
-                kind,
-                "-m",
-                "bench3",
-                "--dialect",
-                "fanuc",
-                "--out",
-                &out,
-            ],
-        );
-        let text = std::fs::read_to_string(bench.path(&out)).unwrap();
-        assert!(
-            text.starts_with("%\nO0001\n(") && text.ends_with("M30\n%\n"),
-            "{text}"
-        );
-    }
+    bench.expect(
+        0,
+        &[
+            "axis",
+            "testpart",
+            "--for",
+            "ballbar",
+            "-m",
+            "bench3",
+            "--dialect",
+            "fanuc",
+            "--out",
+            "bar.nc",
+        ],
+    );
+    let text = std::fs::read_to_string(bench.path("bar.nc")).unwrap();
+    assert!(
+        text.starts_with("%\nO0001\n(") && text.ends_with("M30\n%\n"),
+        "{text}"
+    );
     // What is written is what `ballbar` simulates, and what a log of it is found in.
     let text = bench.expect(
         0,

@@ -35,8 +35,8 @@ const LEAST_PIVOT: f64 = 1e-3;
 /// Student's t of 95 % with as many stretches as one turn has.
 const STUDENT: f64 = 2.07;
 
-/// One sense of rotation: the deviation of each part of the turn, NaN where there is none.
-pub(super) type Sense<'a> = (&'a [f64], bool);
+/// One sense of rotation: angles, rad, and deviations; whether it is counter-clockwise.
+pub(super) type Sense<'a> = (&'a [(f64, f64)], bool);
 
 /// A value with the ends of its 95 % interval.
 pub(super) type Told = (f64, [f64; 2]);
@@ -166,22 +166,20 @@ impl Sums {
 
 /// The deviations without what is explained but lost motion: on what is left a reversal is a step.
 pub(super) fn levelled(
-    radial: &[f64],
-    counterclockwise: bool,
+    (points, counterclockwise): Sense<'_>,
     values: &[Option<Told>; UNKNOWNS],
     radius: f64,
-) -> Vec<f64> {
+) -> Vec<(f64, f64)> {
     let sense = if counterclockwise { 1.0 } else { -1.0 };
-    let part = |(part, off): (usize, &f64)| {
-        let angle = (part as f64 + 0.5) / radial.len() as f64 * TAU;
+    let level = |&(angle, off): &(f64, f64)| {
         let row = row(angle, sense, radius);
         let smooth = (0..UNKNOWNS).filter(|place| !LOST.contains(place));
         let made: f64 = smooth
             .filter_map(|place| Some(row[place] * values[place]?.0))
             .sum();
-        off - made
+        (angle, off - made)
     };
-    radial.iter().enumerate().map(part).collect()
+    points.iter().map(level).collect()
 }
 
 /// What explains the deviations of one or two senses of a circle; radius in the unit of the
@@ -191,14 +189,13 @@ pub(super) fn explain(senses: &[Sense<'_>], radius: f64) -> ([Option<Told>; UNKN
     let mut stretches = vec![Sums::NONE; STRETCHES * senses.len()];
     let mut whole = Sums::NONE;
     let each = |visit: &mut dyn FnMut(usize, [f64; UNKNOWNS], f64)| {
-        for (index, (radial, ccw)) in senses.iter().enumerate() {
+        for (index, (points, ccw)) in senses.iter().enumerate() {
             let sense = if *ccw { 1.0 } else { -1.0 };
-            for (part, &off) in radial.iter().enumerate() {
-                let turn = (part as f64 + 0.5) / radial.len() as f64;
-                if off.is_finite() && !is_spike(turn * TAU, sense) {
+            for &(angle, off) in *points {
+                if !is_spike(angle, sense) {
+                    let turn = (angle / TAU).rem_euclid(1.0);
                     let stretch = (turn * STRETCHES as f64) as usize % STRETCHES;
-                    let row = row(turn * TAU, sense, radius);
-                    visit(index * STRETCHES + stretch, row, off);
+                    visit(index * STRETCHES + stretch, row(angle, sense, radius), off);
                 }
             }
         }

@@ -12,10 +12,14 @@ use reversal::reversal;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// Parts of a turn that deviations are averaged over: half a degree.
+/// Most parts of a turn that deviations are averaged over: half a degree.
 pub const PARTS: usize = 720;
-/// Parts of a turn that have to have samples for G and F to be those of a whole circle.
-const WHOLE_SHARE: f64 = 0.98;
+/// Samples that a part of a turn has to have on the mean.
+const PER_PART: usize = 2;
+/// From how wide a gap between two samples on that part of the circle was not measured, deg.
+const GAP_DEG: f64 = 3.0;
+/// How much of the circle has to be measured for G and F to be those of a whole one, deg.
+const WHOLE_DEG: f64 = 355.0;
 
 /// A circle in one sense of rotation.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,12 +56,20 @@ impl BallbarTrace {
         }
     }
 
-    /// Mean deviation of each of [`PARTS`] parts of the turn, um; NaN where there is none.
-    pub fn parts_um(&self) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0u32); PARTS];
+    /// Angles, rad, and deviations, um.
+    fn points_um(&self) -> Vec<(f64, f64)> {
+        let points = self.points.iter();
+        points
+            .map(|point| (point.angle_rad, 1e3 * point.deviation_mm))
+            .collect()
+    }
+
+    /// Mean deviation of each of `parts` parts of the turn, um; NaN where there is none.
+    pub fn parts_um(&self, parts: usize) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0u32); parts];
         for point in &self.points {
-            let part = (point.angle_rad / TAU).rem_euclid(1.0) * PARTS as f64;
-            if let Some((sum, count)) = sums.get_mut(part as usize % PARTS) {
+            let part = (point.angle_rad / TAU).rem_euclid(1.0) * parts as f64;
+            if let Some((sum, count)) = sums.get_mut(part as usize % parts.max(1)) {
                 *sum += 1e3 * point.deviation_mm;
                 *count += 1;
             }
@@ -72,6 +84,27 @@ impl BallbarTrace {
             })
             .collect()
     }
+
+    /// How much of the circle has samples, deg.
+    fn covered_deg(&self) -> f64 {
+        let mut angles: Vec<f64> = self
+            .points
+            .iter()
+            .map(|point| (point.angle_rad / TAU).rem_euclid(1.0) * 360.0)
+            .collect();
+        angles.sort_unstable_by(f64::total_cmp);
+        let around = angles.first().map(|first| first + 360.0);
+        angles.extend(around);
+        let gaps = angles.windows(2).map(|pair| pair[1] - pair[0]);
+        360.0 - gaps.filter(|gap| *gap > GAP_DEG).sum::<f64>()
+    }
+}
+
+/// Parts of a turn for which all traces have samples enough: half a degree, or more where samples are
+/// few.
+pub fn parts_for(traces: &[BallbarTrace]) -> usize {
+    let fewest = traces.iter().map(|trace| trace.points.len()).min();
+    (fewest.unwrap_or_default() / PER_PART).clamp(1, PARTS)
 }
 
 /// A value with its 95 % interval.
@@ -134,7 +167,7 @@ pub struct BallbarSheet {
     pub radius_mm: f64,
     /// Values of each sense.
     pub senses: Vec<SenseValues>,
-    /// Circular hysteresis H: largest difference of the two senses, um; means over half a degree.
+    /// Circular hysteresis H: largest difference of the two senses, um; means over half a degree, or over two samples where they are farther apart.
     pub h_um: Option<f64>,
     /// Bi-directional circular deviation G(b), um.
     pub g_both_um: Option<f64>,
@@ -207,13 +240,11 @@ pub fn sheet(circle: &Circle, traces: &[BallbarTrace]) -> Result<BallbarSheet, C
             samples: trace.points.len() as u64,
         });
     }
-    let parts: Vec<(Vec<f64>, bool)> = traces
-        .iter()
-        .map(|trace| (trace.parts_um(), trace.counterclockwise))
-        .collect();
-    let pair = pair(&parts);
+    let pair = pair(traces);
     if let Some((one, other)) = pair {
-        found.h_um = Some(hysteresis(&parts[one].0, &parts[other].0));
+        let parts = parts_for(traces);
+        let [a, b] = [one, other].map(|index| traces[index].parts_um(parts));
+        found.h_um = Some(hysteresis(&a, &b));
         let both: Vec<RadialPoint> = [one, other]
             .into_iter()
             .flat_map(|index| traces[index].points.iter().copied())
@@ -221,16 +252,22 @@ pub fn sheet(circle: &Circle, traces: &[BallbarTrace]) -> Result<BallbarSheet, C
         let both = circle.deviation_of(&both)?;
         (found.g_both_um, found.d_um) = (Some(1e3 * both.circular_mm), Some(1e3 * both.mean_mm));
     }
-    let values = explained(&mut found, &parts, pair.is_some());
-    for (radial, counterclockwise) in &parts {
-        let level = levelled(radial, *counterclockwise, &values, 1e-3 * circle.radius_mm);
+    let values = explained(&mut found, traces, pair.is_some());
+    for trace in traces {
+        let counterclockwise = trace.counterclockwise;
+        let points = trace.points_um();
+        let level = levelled(
+            (&points, counterclockwise),
+            &values,
+            1e-3 * circle.radius_mm,
+        );
         for (quarter, axis) in (0..4).zip(found.axes.clone().into_iter().cycle()) {
             let angle_deg = 90.0 * f64::from(quarter);
-            if let Some((step_um, spike_um)) = reversal(&level, angle_deg, *counterclockwise) {
+            if let Some((step_um, spike_um)) = reversal(&level, angle_deg, counterclockwise) {
                 found.reversals.push(ReversalMark {
                     axis,
                     angle_deg,
-                    counterclockwise: *counterclockwise,
+                    counterclockwise,
                     step_um,
                     spike_um,
                 });
@@ -241,8 +278,12 @@ pub fn sheet(circle: &Circle, traces: &[BallbarTrace]) -> Result<BallbarSheet, C
 }
 
 /// Places of a trace of each sense.
-fn pair(parts: &[(Vec<f64>, bool)]) -> Option<(usize, usize)> {
-    let of = |wanted: bool| parts.iter().position(|(_, ccw)| *ccw == wanted);
+fn pair(traces: &[BallbarTrace]) -> Option<(usize, usize)> {
+    let of = |wanted: bool| {
+        traces
+            .iter()
+            .position(|trace| trace.counterclockwise == wanted)
+    };
     of(true).zip(of(false))
 }
 
@@ -258,12 +299,16 @@ fn hysteresis(one: &[f64], other: &[f64]) -> f64 {
 /// Adds what explains the deviations, and what is not told; returns the former.
 fn explained(
     found: &mut BallbarSheet,
-    parts: &[(Vec<f64>, bool)],
+    traces: &[BallbarTrace],
     both: bool,
 ) -> [Option<Told>; UNKNOWNS] {
-    let senses: Vec<(&[f64], bool)> = parts
+    let points: Vec<(Vec<(f64, f64)>, bool)> = traces
         .iter()
-        .map(|(radial, ccw)| (radial.as_slice(), *ccw))
+        .map(|trace| (trace.points_um(), trace.counterclockwise))
+        .collect();
+    let senses: Vec<(&[(f64, f64)], bool)> = points
+        .iter()
+        .map(|(points, ccw)| (points.as_slice(), *ccw))
         .collect();
     // Radius in metres times micrometres: scale and squareness come out in um/m.
     let radius_m = 1e-3 * found.radius_mm;
@@ -287,15 +332,13 @@ fn explained(
             "squareness and servo mismatch: one sense of rotation does not tell them apart{together}; measure the circle in the other sense, too"
         ));
     }
-    let covered = parts
+    let covered_deg = traces
         .iter()
-        .map(|(radial, _)| radial.iter().filter(|off| off.is_finite()).count())
-        .min()
-        .unwrap_or_default();
-    if (covered as f64) < WHOLE_SHARE * PARTS as f64 {
+        .map(BallbarTrace::covered_deg)
+        .fold(360.0, f64::min);
+    if covered_deg < WHOLE_DEG {
         found.untold.push(format!(
-            "G, F and H of the whole circle: {} deg of it were measured",
-            360 * covered / PARTS
+            "G, F and H of the whole circle: {covered_deg:.0} deg of it were measured"
         ));
     }
     let names: Vec<String> = found.axes.iter().map(ToString::to_string).collect();
@@ -335,10 +378,18 @@ pub fn words(
     radius_mm: f64,
 ) -> CircleWords {
     let mut words = CircleWords::default();
-    let mut senses = vec![(radial_um, counterclockwise)];
-    senses.extend(other_um.map(|other| (other, !counterclockwise)));
+    let points = |parts: &[f64]| -> Vec<(f64, f64)> {
+        let angle = |part: usize| (part as f64 + 0.5) / parts.len() as f64 * TAU;
+        let all = parts.iter().enumerate();
+        all.filter(|(_, um)| um.is_finite())
+            .map(|(part, um)| (angle(part), *um))
+            .collect()
+    };
+    let (own, other) = (points(radial_um), other_um.map(points));
+    let mut senses = vec![(own.as_slice(), counterclockwise)];
+    senses.extend(other.as_deref().map(|other| (other, !counterclockwise)));
     let (values, _) = explain(&senses, 1e-3 * radius_mm);
-    let level = levelled(radial_um, counterclockwise, &values, 1e-3 * radius_mm);
+    let level = levelled((&own, counterclockwise), &values, 1e-3 * radius_mm);
     for axis in 0..2 {
         // The first axis reverses where the second is at its middle, and the other way round.
         for side in [0.0, 180.0] {
@@ -351,6 +402,8 @@ pub fn words(
         }
     }
     let value = |place: usize| values[place].map(|(value, _)| value);
-    words.both = other_um.and_then(|_| Some([value(SQUARE)?, value(MISMATCH)?, value(SCALE)?]));
+    words.both = other
+        .as_ref()
+        .and_then(|_| Some([value(SQUARE)?, value(MISMATCH)?, value(SCALE)?]));
     words
 }

@@ -12,20 +12,22 @@ const LEVEL_DEG: [f64; 2] = [15.0, 30.0];
 
 /// Step and spike at a reversal, by its angle in degrees, in the unit of the deviations; `None` where
 /// the circle has a gap there.
-pub(super) fn reversal(radial: &[f64], at_deg: f64, counterclockwise: bool) -> Option<(f64, f64)> {
-    let parts = radial.len();
-    let per = parts as f64 / 360.0;
+pub(super) fn reversal(
+    points: &[(f64, f64)],
+    at_deg: f64,
+    counterclockwise: bool,
+) -> Option<(f64, f64)> {
     let sense = if counterclockwise { 1.0 } else { -1.0 };
+    let at = at_deg.to_radians();
     // From one angle to another, as they are travelled from the reversal on: cosine and sine of the
     // angle, and the deviation.
     let stretch = |from_deg: f64, to_deg: f64| {
-        let (from, to) = ((from_deg * per) as i64, (to_deg * per) as i64);
-        (from..to).filter_map(move |step| {
-            let along = step as f64 + 0.5;
-            let part = (at_deg * per + sense * along).rem_euclid(parts as f64) as usize;
-            let off = radial.get(part).copied().filter(|off| off.is_finite())?;
-            let (sin, cos) = math::sin_cos(along / parts as f64 * TAU);
-            Some([cos, sin, off])
+        let range = from_deg.to_radians()..to_deg.to_radians();
+        points.iter().filter_map(move |&(angle, off)| {
+            let along = sense * (angle - at);
+            let along = along - TAU * (along / TAU).round();
+            let (sin, cos) = math::sin_cos(along);
+            range.contains(&along).then_some([cos, sin, off])
         })
     };
     let [near, far] = LEVEL_DEG;
@@ -51,7 +53,7 @@ fn offset(stretch: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 2]> {
         su += sin * off;
     }
     let determinant: f64 = cc * ss - cs * cs;
-    // Too few parts of the turn have a sample.
+    // Too few samples.
     (determinant > 1e-6).then(|| {
         [
             (ss * cu - cs * su) / determinant,

@@ -115,6 +115,30 @@ fn known_errors_come_back() {
     }
 }
 
+/// Sheets with a sample each degree, at whole degrees, where parts of the turn begin.
+#[test]
+fn few_samples_at_round_angles_tell_the_same() {
+    for step in [5, 10, 20] {
+        let traces = [true, false].map(|ccw| {
+            let whole = trace(&KNOWN, ccw, -0.05, 360.0, &mut Random::new(1));
+            let points = whole.points.into_iter().step_by(step);
+            BallbarTrace::new(points.collect())
+        });
+        let found = sheet(&circle(), &traces).unwrap();
+        assert!(found.untold.is_empty(), "{:?}", found.untold);
+        assert_eq!(found.reversals.len(), 8);
+        for (told, expected) in [
+            (found.lost_motion_um[0], 8.0),
+            (found.lost_motion_um[1], 5.0),
+            (found.squareness_um_m, 20.0),
+            (found.scale_um_m, -30.0),
+            (found.mismatch_um, 6.0),
+        ] {
+            assert!((value(told) - expected).abs() < 0.1, "{told:?} {expected}");
+        }
+    }
+}
+
 /// The gap of an axis is no servo mismatch: the second harmonic of its steps is another one.
 #[test]
 fn lost_motion_does_not_pass_for_mismatch() {

@@ -55,9 +55,11 @@ impl Fineness {
         };
         let fourth: Vec<f64> = values
             .windows(5)
+            .filter(|w| w.iter().any(|value| *value != w[0]))
             .map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs())
             .collect();
-        // Most of a motion has no fourth difference to speak of; the median is that of the noise.
+        // Most of a motion has no fourth difference to speak of; the median is that of the noise. At
+        // rest there is none of a rounding.
         let noise = math::quantile(fourth, 0.5) / (NORMAL_MEDIAN * FOURTH_NORM);
         let is_step = noise <= ROUNDING_SHARE * step || noise < 1e-12;
         Fineness {

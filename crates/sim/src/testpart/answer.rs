@@ -1,7 +1,7 @@
 //! A measured ballbar's sheet beside that of a simulated machine, as data; its JSON form is versioned
 //! like that of [`crate::results`].
 
-use lostmotion_contour::ballbar::{BallbarSheet, BallbarTrace};
+use lostmotion_contour::ballbar::{BallbarSheet, BallbarTrace, parts_for};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`BallbarAnswer`].
@@ -48,19 +48,19 @@ impl BallbarAnswer {
         simulated: BallbarSheet,
         (measured_traces, simulated_traces): (&[BallbarTrace], &[BallbarTrace]),
     ) -> BallbarAnswer {
+        let count = parts_for(measured_traces).min(parts_for(simulated_traces));
         // A bar is set to zero by hand: where the centre and how long the bar is, is the sheet's.
         let placed = |sheet: &BallbarSheet, trace: &BallbarTrace| -> Vec<f64> {
             let shift = [0, 1].map(|axis| {
                 let told = sheet.center_um.get(axis).copied().flatten();
                 told.map_or(0.0, |told| told.value)
             });
-            let parts = trace.parts_um();
-            let count = parts.len() as f64;
+            let parts = trace.parts_um(count);
             let placed: Vec<f64> = parts
                 .iter()
                 .enumerate()
                 .map(|(part, um)| {
-                    let angle = (part as f64 + 0.5) / count * std::f64::consts::TAU;
+                    let angle = (part as f64 + 0.5) / count as f64 * std::f64::consts::TAU;
                     let (sin, cos) = lostmotion_base::math::sin_cos(angle);
                     um - shift[0] * cos - shift[1] * sin
                 })
@@ -69,7 +69,7 @@ impl BallbarAnswer {
             let mean = finite.iter().sum::<f64>() / finite.len().max(1) as f64;
             placed.into_iter().map(|um| um - mean).collect()
         };
-        let (mut square, mut count) = (0.0, 0.0);
+        let (mut square, mut compared) = (0.0, 0.0);
         for one in measured_traces {
             let other = simulated_traces
                 .iter()
@@ -82,10 +82,10 @@ impl BallbarAnswer {
                 .zip(placed(&simulated, other));
             for off in pairs.map(|(a, b)| a - b).filter(|off| off.is_finite()) {
                 square += off * off;
-                count += 1.0;
+                compared += 1.0;
             }
         }
-        self.apart_rms_um = (count > 0.0).then(|| f64::sqrt(square / count));
+        self.apart_rms_um = (compared > 0.0).then(|| f64::sqrt(square / compared));
         self.machine = Some(machine.to_owned());
         self.feed_mm_min = Some(feed_mm_min);
         self.simulated = Some(simulated);
