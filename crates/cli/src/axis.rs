@@ -9,6 +9,7 @@ use crate::options::machine::{Cycles, axis, axis_files, interpolator, interpolat
 use crate::options::methods;
 use crate::options::start::Start;
 use crate::output::{self, DONE, Failure};
+use crate::testpart::{self, Testpart};
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::analysis::CycleDetector;
 use lostmotion::drive::config::Interpolator;
@@ -39,6 +40,9 @@ pub(crate) enum AxisCommand {
     Identify(Identify),
     /// Say what is in a measured log: format, channels, units, clocks, what is missing
     Log(LogOverview),
+    /// Write the program to run on a machine in order to measure it: circles, a ballbar, reversals,
+    /// friction, commissioning; simulated before it is written
+    Testpart(Testpart),
 }
 
 /// `axis run`.
@@ -110,6 +114,7 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
         AxisCommand::Fit(args) => fit(args, quiet),
         AxisCommand::Identify(args) => identify::run(args, quiet),
         AxisCommand::Log(args) => logs::overview(args),
+        AxisCommand::Testpart(args) => testpart::run(args, quiet),
     }
 }
 

@@ -2,6 +2,8 @@
 //! besides.
 
 use crate::axis::{self, AxisCommand};
+use crate::ballbar::{self, Ballbar};
+use crate::check_log::{self, CheckLog};
 use crate::machine::{self, MachineCommand};
 use crate::method::{self, MethodCommand};
 use crate::output::Failure;
@@ -49,7 +51,10 @@ const HEADINGS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("Machines and methods", &["machine", "method"]),
-    ("Drives and measured data", &["axis"]),
+    (
+        "Drives and measured data",
+        &["axis", "check-log", "ballbar"],
+    ),
     ("Research", &["study"]),
     ("This program", &["schema", "completions", "man"]),
 ];
@@ -84,7 +89,7 @@ fn program() -> clap::Command {
 
 /// What the program's exit codes mean.
 const AFTER: &str = "Exit codes: 0 done, and within tolerance where there is one; 1 outside \
-tolerance, a machine that stops, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C. \
+tolerance or limits, a machine that stops, warnings of check and lint, or not formatted; 2 bad input; 130 ended by Ctrl-C. \
 Of several methods the recommended one decides; 1 where none can be recommended.";
 
 /// What to do.
@@ -119,6 +124,12 @@ enum Command {
     /// Run one axis alone, or fit its gap to a log
     #[command(subcommand)]
     Axis(AxisCommand),
+    /// Hold the log of a program against the programmed path and the limits of the machine; where
+    /// in the program it was recorded is found
+    CheckLog(CheckLog),
+    /// Say what a ballbar's sheet tells of the axes: G, F and H of ISO 230-4, lost motion, spikes,
+    /// servo mismatch, squareness and scale with intervals; beside a simulated machine
+    Ballbar(Ballbar),
     /// Run the studies behind the methods
     #[command(subcommand)]
     Study(StudyCommand),
@@ -191,6 +202,8 @@ impl Cli {
             Command::Machine(command) => machine::run(command, quiet),
             Command::Method(command) => method::run(command),
             Command::Axis(command) => axis::run(command, quiet),
+            Command::Ballbar(args) => ballbar::run(args, quiet),
+            Command::CheckLog(args) => check_log::run(args, quiet),
             Command::Fit(args) => axis::fit(args, quiet),
             Command::Study(command) => study::run(command, quiet),
             Command::Schema(args) => schema(args),

@@ -7,8 +7,8 @@ use lostmotion::drive::config::AxisUnit;
 use lostmotion::logs::{
     AxisLog, AxisOptions, ColumnSpec, LogReader, ReadOptions, Role, Row, read_axis,
 };
-use std::io::BufReader;
-use std::path::PathBuf;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 
 /// Bytes read at once. A choice: few calls, little memory.
 const BUFFER_BYTES: usize = 1 << 18;
@@ -50,13 +50,22 @@ pub(crate) struct LogRows {
 }
 
 impl LogRows {
-    fn read_options(&self) -> ReadOptions {
+    /// How the log is read.
+    pub(crate) fn read_options(&self) -> ReadOptions {
         ReadOptions {
             period_s: self.period_ms.map(|period| 1e-3 * period),
             tagged: self.tagged,
             ..ReadOptions::default()
         }
     }
+}
+
+/// The file of a log.
+pub(crate) fn open(path: &Path) -> Result<impl BufRead + use<>, Failure> {
+    Ok(BufReader::with_capacity(
+        BUFFER_BYTES,
+        input::open(path, "log")?,
+    ))
 }
 
 impl LogInput {
@@ -87,8 +96,7 @@ impl LogInput {
             to_s: self.rows.to.unwrap_or(defaults.to_s),
             max_rows: self.rows.rows.unwrap_or(defaults.max_rows),
         };
-        let file = BufReader::with_capacity(BUFFER_BYTES, input::open(&self.log, "log")?);
-        let log = read_axis(file, &self.name(), &options)?;
+        let log = read_axis(open(&self.log)?, &self.name(), &options)?;
         if !quiet {
             for said in &log.said {
                 output::remark(&format!("{}: {said}", self.name()));
@@ -138,8 +146,7 @@ struct Pace {
 /// Says what is in a log, in constant memory.
 pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
     let name = args.log.display().to_string();
-    let file = BufReader::with_capacity(BUFFER_BYTES, input::open(&args.log, "log")?);
-    let mut reader = LogReader::new(file, &name, &args.rows.read_options())?;
+    let mut reader = LogReader::new(open(&args.log)?, &name, &args.rows.read_options())?;
     let header = reader.header().clone();
     let groups: Vec<Vec<usize>> = (0..header.groups)
         .map(|group| header.group(group).collect())

@@ -10,6 +10,8 @@
 //! commands of each heading; `cli` above them.
 
 mod axis;
+mod ballbar;
+mod check_log;
 mod cli;
 mod commission;
 mod findings;
@@ -24,6 +26,7 @@ mod output;
 mod parts;
 mod shell;
 mod study;
+mod testpart;
 
 use std::process::ExitCode;
 

@@ -101,9 +101,17 @@ impl Circle {
     /// A radius that is not positive, fewer than eight samples or samples on too small a part of
     /// the circle.
     pub fn deviation(&self, tips_mm: &[[f64; 3]]) -> Result<CircularDeviation, ContourError> {
-        let points = self.points(tips_mm)?;
-        let (mean, shift) = least_squares(&points)?;
-        Ok(envelope(&points, mean, shift))
+        self.deviation_of(&self.profile(tips_mm).collect::<Vec<_>>())
+    }
+
+    /// The same of radial deviations, as a ballbar reads them.
+    ///
+    /// # Errors
+    /// As [`Circle::deviation`].
+    pub fn deviation_of(&self, points: &[RadialPoint]) -> Result<CircularDeviation, ContourError> {
+        self.check(points)?;
+        let (mean, shift) = least_squares(points)?;
+        Ok(envelope(points, mean, shift))
     }
 
     /// Bi-directional circular deviation G(b): both senses of rotation about one least-squares
@@ -118,24 +126,22 @@ impl Circle {
     ) -> Result<CircularDeviation, ContourError> {
         // One centre for both senses: a centre for each would take out part of what differs between
         // them.
-        let mut points = self.points(one_mm)?;
-        points.extend(self.points(other_mm)?);
-        let (mean, shift) = least_squares(&points)?;
-        Ok(envelope(&points, mean, shift))
+        let both = one_mm.iter().chain(other_mm);
+        self.deviation_of(&self.profile(both).collect::<Vec<_>>())
     }
 
-    fn points(&self, tips_mm: &[[f64; 3]]) -> Result<Vec<RadialPoint>, ContourError> {
+    fn check(&self, points: &[RadialPoint]) -> Result<(), ContourError> {
         if !(self.radius_mm.is_finite() && self.radius_mm > 0.0) {
             return Err(ContourError::Circle {
                 what: format!("a positive radius, not {} mm", self.radius_mm),
             });
         }
-        if tips_mm.len() < MIN_SAMPLES {
+        if points.len() < MIN_SAMPLES {
             return Err(ContourError::Circle {
-                what: format!("at least {MIN_SAMPLES} samples, not {}", tips_mm.len()),
+                what: format!("at least {MIN_SAMPLES} samples, not {}", points.len()),
             });
         }
-        Ok(self.profile(tips_mm).collect())
+        Ok(())
     }
 
     /// The error spikes at the four reversals of a path in one sense of rotation. `window_rad` is

@@ -5,6 +5,7 @@
 //! its own. Its samples go into [`Statistics`], a [`BlockLedger`] and a [`ReversalLedger`],
 //! each of constant size whatever the program's length. Everything is data.
 
+pub mod ballbar;
 pub mod cause;
 pub mod circular;
 pub mod ledger;

@@ -1,18 +1,19 @@
 //! The channels of one axis, on one clock, in one unit.
 
-use crate::clocks::{Track, on_one_clock};
+use crate::clocks::Track;
+use crate::collect::{Part, collect};
 use crate::error::LogError;
 use crate::motion::{held, jumps, unwrap, wrap};
 use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign};
-use crate::source::{Format, Header, ReadOptions, Row};
+use crate::source::{Format, Header, ReadOptions};
 use crate::unit::{Quantity, Unit};
 use std::io::BufRead;
 
 /// Fewest rows of a log: velocity and acceleration are taken by differences.
-const FEWEST_ROWS: usize = 3;
+pub(crate) const FEWEST_ROWS: usize = 3;
 /// Most rows that are taken where the caller does not say otherwise: some 25 MB with five channels.
-const DEFAULT_ROWS: usize = 400_000;
+pub(crate) const DEFAULT_ROWS: usize = 400_000;
 
 /// What to take of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,6 +108,18 @@ pub fn read_axis(
     name: &str,
     options: &AxisOptions,
 ) -> Result<AxisLog, LogError> {
+    let other = |spec: &&ColumnSpec| {
+        use Role::{Angle, Axis, Deviation, Radius};
+        matches!(spec.role, Axis(_) | Angle | Radius | Deviation)
+    };
+    if let Some(spec) = options.columns.iter().find(other) {
+        let what = format!(
+            "column {}={}: this log is of one axis",
+            spec.role, spec.name
+        );
+        let hint = "its roles are time, command, motor, load, current, torque and force";
+        return Err(LogError::file(name, what, hint));
+    }
     let mut read = options.read.clone();
     if let Some(time) = options.columns.iter().find(|spec| spec.role == Role::Time) {
         read.time_column = Some(time.name.clone());
@@ -140,7 +153,12 @@ pub fn read_axis(
     let mut said = vec![format!("format: {}", header.format)];
     said.extend(header.said.iter().cloned());
     said.extend(more);
-    let mut track = collect(&mut reader, &assigned, &factors, options, &mut said)?;
+    let part = Part {
+        from_s: options.from_s,
+        to_s: options.to_s,
+        max_rows: options.max_rows,
+    };
+    let mut track = collect(&mut reader, &assigned, &factors, &part, &mut said)?;
     said.extend(reader.remarks());
     let turn = (unit.quantity == Quantity::Angle).then(|| std::f64::consts::TAU / unit.factor);
     mend(&mut track, &assigned, turn, &mut said);
@@ -171,7 +189,7 @@ pub fn read_axis(
             Role::Current => log.drive = Some(DriveSignal::Current(column)),
             Role::Torque => log.drive = Some(DriveSignal::Torque(column)),
             Role::Force => log.drive = Some(DriveSignal::Force(column)),
-            Role::Time => {}
+            _ => {}
         }
     }
     check_sign(name, &log)?;
@@ -281,132 +299,6 @@ fn factors(
         factors.push(other.factor * scale);
     }
     Ok((factors, unit))
-}
-
-/// All rows of the channels, on one clock.
-fn collect(
-    reader: &mut LogReader<'_>,
-    assigned: &[Assigned],
-    factors: &[f64],
-    options: &AxisOptions,
-    said: &mut Vec<String>,
-) -> Result<Track, LogError> {
-    let name = reader.name().to_owned();
-    let header = reader.header().clone();
-    // Groups that are asked for, each with the places of its channels among the roles.
-    let mut groups: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
-    for (role, other) in assigned.iter().enumerate() {
-        let Some(channel) = header.channels.get(other.channel) else {
-            continue;
-        };
-        let within = header
-            .group(channel.group)
-            .position(|place| place == other.channel);
-        let entry = (role, within.unwrap_or_default());
-        match groups.iter_mut().find(|(group, _)| *group == channel.group) {
-            Some((_, members)) => members.push(entry),
-            None => groups.push((channel.group, vec![entry])),
-        }
-    }
-    let fresh = || -> Vec<Track> {
-        groups
-            .iter()
-            .map(|(_, members)| Track::new(members.len()))
-            .collect()
-    };
-    let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
-    let (mut tracks, mut best) = (fresh(), fresh());
-    let (mut part, mut parts, mut more) = (0, 1u32, false);
-    let mut row = Row::default();
-    while reader.next_row(&mut row)? {
-        let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
-            continue;
-        };
-        if row.part != part {
-            (part, parts) = (row.part, parts + 1);
-            // Time was lost: the longest part is kept.
-            if rows_of(&tracks) > rows_of(&best) {
-                std::mem::swap(&mut tracks, &mut best);
-            }
-            tracks.iter_mut().for_each(Track::clear);
-        }
-        let track = &mut tracks[place];
-        if let Some(&before_s) = track.time_s.last()
-            && row.time_s <= before_s
-        {
-            return Err(LogError::line(
-                &name,
-                row.line,
-                format!(
-                    "the time {} s is not after {before_s} s, the time of the row before",
-                    row.time_s
-                ),
-                "rows have to be in order of time, none twice",
-            ));
-        }
-        if row.time_s < options.from_s {
-            continue;
-        }
-        if row.time_s > options.to_s {
-            break;
-        }
-        if track.len() == options.max_rows {
-            more = true;
-            break;
-        }
-        track.time_s.push(row.time_s);
-        track.line.push(row.line);
-        for (column, (role, within)) in groups[place].1.iter().enumerate() {
-            let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
-            track.columns[column].push(value * factors[*role]);
-        }
-    }
-    if rows_of(&best) > rows_of(&tracks) {
-        tracks = best;
-    }
-    if parts > 1 {
-        said.push(format!(
-            "time was lost between {parts} parts of the log: the longest one is taken, {} rows",
-            rows_of(&tracks)
-        ));
-    }
-    if more {
-        said.push(format!(
-            "the first {} rows are taken; more with --rows, others with --from and --to",
-            options.max_rows
-        ));
-    }
-    let scale = reader.time_scale_s();
-    let mut merged = if tracks.len() == 1 {
-        tracks.pop().unwrap_or_default()
-    } else {
-        if tracks.iter().any(|track| track.len() < 2) {
-            return Err(LogError::file(
-                &name,
-                "a column has fewer than two values",
-                "",
-            ));
-        }
-        let merged = on_one_clock(&tracks);
-        said.push(format!(
-            "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
-            groups.len(),
-            1e3 * merged.period_s()
-        ));
-        merged
-    };
-    if scale != 1.0 {
-        merged.time_s.iter_mut().for_each(|time| *time *= scale);
-    }
-    // Columns in the order of the roles.
-    let order: Vec<usize> = groups
-        .iter()
-        .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
-        .collect();
-    let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
-    columns.sort_by_key(|(role, _)| *role);
-    merged.columns = columns.into_iter().map(|(_, column)| column).collect();
-    Ok(merged)
 }
 
 /// Takes held values once, adds up wrapped counters, and cuts where a position jumps.

@@ -32,12 +32,15 @@
 
 mod accelerometer;
 mod axis;
+mod ballbar;
 mod camonitor;
 mod clocks;
+mod collect;
 mod error;
 mod halsampler;
 mod halscope;
 mod motion;
+mod positions;
 mod reader;
 mod roles;
 mod sinumerik;
@@ -50,7 +53,9 @@ mod twincat;
 mod unit;
 
 pub use axis::{AxisLog, AxisOptions, DriveSignal, read_axis};
+pub use ballbar::{BallbarLog, BallbarOptions, read_ballbar};
 pub use error::LogError;
+pub use positions::{AxisPositions, PositionKind, PositionLog, PositionOptions, read_positions};
 pub use reader::LogReader;
 pub use roles::{ColumnSpec, Role};
 pub use source::{Channel, Format, Header, ReadOptions, Row};

@@ -3,6 +3,7 @@
 use crate::error::LogError;
 use crate::source::{Format, Header};
 use crate::unit::{Quantity, Unit, stem};
+use lostmotion_base::AxisId;
 use lostmotion_base::text::shortened;
 use std::fmt;
 use std::str::FromStr;
@@ -28,6 +29,14 @@ pub enum Role {
     Torque,
     /// Force of the motor at the load.
     Force,
+    /// Angle of a ballbar ([`read_ballbar`](crate::read_ballbar)).
+    Angle,
+    /// Its radius.
+    Radius,
+    /// Its deviation from a radius.
+    Deviation,
+    /// Position of one of several axes ([`read_positions`](crate::read_positions)).
+    Axis(AxisId),
 }
 
 const ROLES: &[(Role, &str)] = &[
@@ -38,10 +47,16 @@ const ROLES: &[(Role, &str)] = &[
     (Role::Current, "current"),
     (Role::Torque, "torque"),
     (Role::Force, "force"),
+    (Role::Angle, "angle"),
+    (Role::Radius, "radius"),
+    (Role::Deviation, "deviation"),
 ];
 
 impl fmt::Display for Role {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Role::Axis(axis) = self {
+            return write!(f, "{}", axis.letter().to_ascii_lowercase());
+        }
         let name = ROLES.iter().find(|(role, _)| role == self);
         f.write_str(name.map_or("", |(_, name)| name))
     }
@@ -51,6 +66,12 @@ impl FromStr for Role {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Role, String> {
+        let mut letters = text.chars();
+        if let (Some(letter), None) = (letters.next(), letters.next())
+            && let Some(axis) = AxisId::from_letter(letter)
+        {
+            return Ok(Role::Axis(axis));
+        }
         ROLES
             .iter()
             .find(|(_, name)| *name == text)
@@ -58,7 +79,7 @@ impl FromStr for Role {
             .ok_or_else(|| {
                 let known: Vec<&str> = ROLES.iter().map(|(_, name)| *name).collect();
                 format!(
-                    "`{text}` is no role of a column; there are {}",
+                    "`{text}` is no role of a column; there are {}, and the letters of axes",
                     known.join(", ")
                 )
             })
@@ -180,14 +201,13 @@ pub(crate) struct Assigned {
     pub(crate) factor: f64,
 }
 
-/// The roles that are told, then those that names tell.
-pub(crate) fn assign(
+/// The roles that are told.
+pub(crate) fn assign_told(
     file: &str,
     header: &Header,
     told: &[ColumnSpec],
-) -> Result<(Vec<Assigned>, Vec<String>), LogError> {
+) -> Result<Vec<Assigned>, LogError> {
     let mut assigned: Vec<Assigned> = Vec::new();
-    let mut said = Vec::new();
     let names: Vec<&str> = header
         .channels
         .iter()
@@ -241,6 +261,17 @@ pub(crate) fn assign(
             factor: spec.factor,
         });
     }
+    Ok(assigned)
+}
+
+/// The roles that are told, then those that names tell.
+pub(crate) fn assign(
+    file: &str,
+    header: &Header,
+    told: &[ColumnSpec],
+) -> Result<(Vec<Assigned>, Vec<String>), LogError> {
+    let mut assigned = assign_told(file, header, told)?;
+    let mut said = Vec::new();
     for &(role, _) in ROLES {
         if assigned.iter().any(|other| other.role == role) {
             continue;

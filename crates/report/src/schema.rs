@@ -11,7 +11,9 @@
 
 use crate::findings;
 use lostmotion_base::names::did_you_mean;
+use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
+use lostmotion_sim::testpart::BallbarAnswer;
 use lostmotion_sim::time::results::CycleTime;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
@@ -27,16 +29,22 @@ pub enum Document {
     Comparison,
     /// Answer of `time --format json`.
     Time,
+    /// Answer of `check-log --format json`.
+    CheckLog,
+    /// Answer of `ballbar --format json`.
+    Ballbar,
     /// What is found in a part program: `--diagnostics json`.
     Findings,
 }
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 4] = [
+    pub const ALL: [Document; 6] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
+        Document::CheckLog,
+        Document::Ballbar,
         Document::Findings,
     ];
 
@@ -46,6 +54,8 @@ impl Document {
             Document::Simulation => "simulation",
             Document::Comparison => "comparison",
             Document::Time => "time",
+            Document::CheckLog => "check-log",
+            Document::Ballbar => "ballbar",
             Document::Findings => "findings",
         }
     }
@@ -56,6 +66,8 @@ impl Document {
             Document::Simulation => "simulate --format json, one method",
             Document::Comparison => "simulate --methods NAMES --format json",
             Document::Time => "time --format json",
+            Document::CheckLog => "check-log --format json",
+            Document::Ballbar => "ballbar --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
     }
@@ -91,6 +103,8 @@ pub fn schema(document: Document) -> Schema {
         Document::Simulation => of::<SingleRun>(document),
         Document::Comparison => of::<Run>(document),
         Document::Time => of::<CycleTime>(document),
+        Document::CheckLog => of::<RecordCheck>(document),
+        Document::Ballbar => of::<BallbarAnswer>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }
 }

@@ -174,6 +174,15 @@ pub enum SimError {
     /// The contour stage was fed wrongly, or a simulated position is not a number any more.
     #[error("contour stage: {0}")]
     Contour(#[from] ContourError),
+    /// What is asked for cannot be done: a recorded motion that is none of the program, a test that
+    /// does not fit the machine.
+    #[error("{what}{}", if hint.is_empty() { String::new() } else { format!("\nhint: {hint}") })]
+    Refused {
+        /// What is wrong.
+        what: String,
+        /// What to do; may be empty.
+        hint: String,
+    },
     /// The pool of threads cannot be made.
     #[error("cannot start {threads} threads: {why}")]
     Threads {
@@ -191,6 +200,13 @@ pub enum SimError {
 }
 
 impl SimError {
+    pub(crate) fn refused(what: impl Into<String>, hint: impl Into<String>) -> SimError {
+        SimError::Refused {
+            what: what.into(),
+            hint: hint.into(),
+        }
+    }
+
     /// With the files and calls that the block of the error stands in.
     pub(crate) fn with_provenance(mut self, found: &Diagnostics) -> SimError {
         if let SimError::NoAxis { provenance, .. }

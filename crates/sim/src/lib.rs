@@ -17,10 +17,12 @@ pub mod motion;
 pub mod observer;
 pub mod options;
 pub mod program;
+pub mod recorded;
 pub mod results;
 mod session;
 mod setup;
 pub mod simulation;
+pub mod testpart;
 pub mod time;
 
 pub use error::{SimError, SinkError, TravelExcess};

@@ -7,6 +7,8 @@ use crate::motion::{self, Curves, Feed};
 use crate::observer::{Audience, Observer, OnProgress, Progress};
 use crate::options::{Intervention, SimulateOptions};
 use crate::program::Program;
+use crate::recorded::results::RecordCheck;
+use crate::recorded::{self, RecordOptions, Recorded};
 use crate::results::{PlanInfo, ProgramInfo, Run};
 use crate::session::{self, Kept, Rehearser, Stepper, TickSink, Ticks, Variant};
 use crate::setup::Setup;
@@ -437,6 +439,51 @@ impl<'a> Simulation<'a> {
         sink: &mut BlockSink<'_>,
     ) -> Result<CycleTime, SimError> {
         time::time(&self.setup()?, options, sink)
+    }
+
+    /// Holds a recorded motion against the program and the limits of the machine; where in the program
+    /// it was recorded, and by which clock, is found.
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// use lostmotion_sim::recorded::{RecordOptions, Recorded, RecordedAxis};
+    /// use lostmotion_base::AxisId;
+    ///
+    /// let machine = Machine::preset("bench3")?;
+    /// let program = Program::from_str("corner.ngc", "G21 G90 G61\nG1 X40 F3000\nY30\nM2\n");
+    /// // Its own plan, from somewhere on the first move on, by another clock.
+    /// let (mut time_s, mut values) = (Vec::new(), [const { Vec::new() }; 3]);
+    /// Simulation::new(&program, &machine).plan(&mut |samples, _path| {
+    ///     for sample in samples.iter().filter(|sample| sample.tick > 300) {
+    ///         time_s.push(17.0 + 1e-3 * sample.tick as f64);
+    ///         for (values, at) in values.iter_mut().zip(sample.position.linear()) {
+    ///             values.push(at);
+    ///         }
+    ///     }
+    ///     Ok(())
+    /// })?;
+    /// let axes = [AxisId::X, AxisId::Y, AxisId::Z].into_iter().zip(values);
+    /// let recorded = Recorded {
+    ///     time_s,
+    ///     axes: axes.map(|(axis, values)| RecordedAxis { axis, values }).collect(),
+    ///     kind: Default::default(),
+    ///     of_tool: false,
+    /// };
+    /// let check = Simulation::new(&program, &machine).check_record(&recorded, &RecordOptions::default())?;
+    /// assert!(check.is_within());
+    /// assert_eq!((check.place.first.span.line, check.place.last.span.line), (2, 3));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Simulation::check`] but for travel, and [`SimError::Refused`] for a record that is none of
+    /// this machine or does not follow the program.
+    pub fn check_record(
+        &self,
+        recorded: &Recorded,
+        options: &RecordOptions,
+    ) -> Result<RecordCheck, SimError> {
+        recorded::check(&self.setup()?, recorded, options)
     }
 
     fn setup(&self) -> Result<Setup<'_>, SimError> {

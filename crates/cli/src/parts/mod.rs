@@ -23,7 +23,7 @@ use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
 use serde::Serialize;
 
 /// An error of the session, with the lines of the program it is about.
-fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
+pub(crate) fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
     // Files and calls that the places of the error point into.
     let provenance = match error {
         SimError::Program { diagnostics, .. } => {
@@ -161,7 +161,7 @@ pub(crate) fn to_json(value: &impl Serialize) -> Result<String, Failure> {
 }
 
 /// Text for stdout.
-fn shown() -> TextOptions {
+pub(crate) fn shown() -> TextOptions {
     TextOptions {
         color: stdout_has_color(),
         width: Some(stdout_columns()),

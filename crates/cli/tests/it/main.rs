@@ -15,6 +15,7 @@ mod hostile;
 mod interrupt;
 mod learned;
 mod machines;
+mod measured;
 mod reference;
 mod setpoints;
 mod studies;

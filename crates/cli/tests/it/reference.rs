@@ -308,6 +308,8 @@ fn described(value: &serde_json::Value, schema: &serde_json::Value, root: &serde
 fn documents_follow_their_published_schemas() {
     let bench = Bench::new();
     bench.file("circle.ngc", crate::bench::CIRCLE);
+    bench.file("bar.csv", crate::measured::sheet());
+    bench.expect(0, &["plan", "circle.ngc", "--out", "log.csv"]);
     let parsed = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
     let book = crates().join("../docs/book/src/reference/schema");
     let documents = [
@@ -338,6 +340,16 @@ fn documents_follow_their_published_schemas() {
             ],
         ),
         ("time", 0, &["time", "circle.ngc", "--format", "json"]),
+        (
+            "check-log",
+            0,
+            &["check-log", "log.csv", "circle.ngc", "--format", "json"],
+        ),
+        (
+            "ballbar",
+            0,
+            &["ballbar", "bar.csv", "-m", "vmc3", "--format", "json"],
+        ),
     ];
     for (name, code, arguments) in documents {
         let text = bench.expect(0, &["schema", name]);

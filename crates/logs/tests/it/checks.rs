@@ -8,7 +8,10 @@
     reason = "a check fails by panicking"
 )]
 
-use lostmotion_logs::{AxisOptions, ColumnSpec, LogReader, ReadOptions, Row, read_axis};
+use lostmotion_logs::{
+    AxisOptions, BallbarOptions, ColumnSpec, LogReader, PositionOptions, ReadOptions, Row,
+    read_axis, read_ballbar, read_positions,
+};
 
 /// Rows that are read of one input: each costs memory only while it is held.
 const MOST_ROWS: usize = 20_000;
@@ -145,6 +148,72 @@ pub fn accelerometer(data: &[u8]) {
         _ => "Sample,X,Y\n",
     };
     begun(start, data);
+}
+
+/// Positions of several axes: the first byte says what a user may have told.
+pub fn positions(data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let text = [
+        &b"t_s,x_mm,cmd_pos_y [um],joint.2.pos-cmd,c_deg\n"[..],
+        rest,
+    ]
+    .concat();
+    let bytes = if first & 1 == 1 { rest } else { &text };
+    let columns = ["x=1,unit=mm", "y=2,unit=inch,sign=-", "time=3"];
+    let options = PositionOptions {
+        read: ReadOptions {
+            period_s: (first & 2 == 2).then_some(1e-3),
+            ..ReadOptions::default()
+        },
+        columns: columns
+            .iter()
+            .take(usize::from(first >> 5) % 4)
+            .filter_map(|spec| spec.parse().ok())
+            .collect(),
+        axes: lostmotion_base::AxisId::ALL.to_vec(),
+        unit: (first & 4 == 4).then(|| "mm".parse().unwrap()),
+        max_rows: MOST_ROWS,
+        ..PositionOptions::default()
+    };
+    match read_positions(bytes, "fuzzed", &options) {
+        Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+        Ok(log) => {
+            assert!(log.time_s.len() >= 3 && log.line.len() == log.time_s.len());
+            assert!(log.time_s.windows(2).all(|pair| pair[1] > pair[0]));
+            for axis in &log.axes {
+                assert_eq!(axis.values.len(), log.time_s.len());
+                assert!(axis.values.iter().all(|value| value.is_finite()));
+            }
+        }
+    }
+}
+
+/// A ballbar's sheet: the first byte says what a user may have told.
+pub fn ballbar(data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let turn: String = (0..40)
+        .map(|n| format!("{},{}\n", 9 * n, 100 + n % 3))
+        .collect();
+    let text = [b"angle_deg,radius_mm\n", turn.as_bytes(), rest].concat();
+    let bytes = if first & 1 == 1 { rest } else { &text };
+    let columns = ["angle=1,unit=rad", "deviation=2,unit=um"];
+    let options = BallbarOptions {
+        columns: columns
+            .iter()
+            .take(usize::from(first >> 6))
+            .filter_map(|spec| spec.parse().ok())
+            .collect(),
+        max_rows: MOST_ROWS,
+    };
+    match read_ballbar(bytes, "fuzzed", &options) {
+        Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+        Ok(sheet) => {
+            assert!(!sheet.senses.is_empty());
+            for point in sheet.senses.iter().flatten() {
+                assert!(point.0.is_finite() && point.1.is_finite());
+            }
+        }
+    }
 }
 
 /// Any other table.

@@ -10,9 +10,11 @@
 
 mod axes;
 mod bad;
+mod ballbar;
 #[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
 mod checks;
 mod formats;
+mod positions;
 mod replay;
 mod samples;
 mod tables;

@@ -17,6 +17,8 @@ const TARGETS: &[(&str, Check)] = &[
     ("camonitor", checks::camonitor),
     ("accelerometer", checks::accelerometer),
     ("table", checks::table),
+    ("positions", checks::positions),
+    ("ballbar", checks::ballbar),
 ];
 
 #[test]
@@ -75,6 +77,9 @@ const PIECES: &[&str] = &[
     "P 2026-01-01 00:00:00.0 1\n",
     "P 2026-01-01 00:00:01.0 2\n",
     "t_s,motor_mm,load_mm,current_a\n",
+    "t_s,x_mm,cmd_pos_y [um],c_deg\n",
+    "angle_deg,radius_mm\n",
+    "370,1e9\n",
     "0,1,2,3\n",
     "0.001,1,2,-3\n",
     "0.002,1,2,3\n",

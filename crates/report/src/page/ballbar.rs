@@ -1,73 +1,18 @@
-//! The words of a ballbar's sheet for a circle: reversal spikes and lost motion of each axis, and with
-//! the same circle in the other sense squareness, servo mismatch and scale mismatch.
-//!
-//! All are read from the radial deviation over the angle, as a ballbar measures it.
+//! The words of a ballbar's sheet for a circle of a program: reversal spikes and lost motion of each
+//! axis, and with the same circle in the other sense squareness, servo mismatch and scale mismatch.
 
 use super::circles::{FullCircle, partner};
-use lostmotion_base::math;
-use std::f64::consts::TAU;
-
-/// Degrees next to a reversal in which its spike is looked for. A choice: a spike has passed by then
-/// on circles that are not much smaller than they are fast.
-const SPIKE_DEG: f64 = 15.0;
-/// Degrees before and behind a reversal over which the offsets are taken. A choice: beyond the spike,
-/// and before the next octant.
-const LEVEL_DEG: [f64; 2] = [15.0, 30.0];
-
-/// What a sheet says of a circle. The axes are those of its plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct BallbarSheet {
-    /// How far the path leaves the band between what it would be with the offsets of before and of
-    /// behind a reversal of each axis, um.
-    pub(super) spike_um: [f64; 2],
-    /// Step of the offset along each axis at its reversal, um, positive outwards: its lost motion.
-    pub(super) step_um: [f64; 2],
-    /// What takes the same circle in both senses.
-    pub(super) both: Option<BothSenses>,
-}
-
-/// What two senses tell apart.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct BothSenses {
-    /// Turn of the second axis towards the first, um/m: an oval at 45 degrees that stays.
-    pub(super) squareness_um_m: f64,
-    /// How far the first axis is behind the second at this speed, um: an oval at 45 degrees that
-    /// turns over with the sense.
-    pub(super) mismatch_um: f64,
-    /// How much longer the first axis moves than the second, um/m: an oval along the axes.
-    pub(super) scale_um_m: f64,
-}
+use lostmotion_contour::ballbar::{CircleWords, words};
 
 /// The sheet of a circle among all of a method.
-pub(super) fn sheet(circle: &FullCircle, all: &[FullCircle]) -> BallbarSheet {
-    let own = middles(circle);
-    let mut sheet = BallbarSheet::default();
-    for axis in 0..2 {
-        // The first axis reverses where the second is at its middle, and the other way round.
-        for side in [0.0, 180.0] {
-            let at = 90.0 * axis as f64 + side;
-            let (step, spike) = reversal(&own, at, circle.counterclockwise);
-            if step.abs() > sheet.step_um[axis].abs() {
-                sheet.step_um[axis] = step;
-            }
-            sheet.spike_um[axis] = sheet.spike_um[axis].max(spike);
-        }
-    }
-    sheet.both = partner(circle, all).map(|other| {
-        let (mut ccw, mut cw) = (second(&own), second(&middles(other)));
-        if !circle.counterclockwise {
-            std::mem::swap(&mut ccw, &mut cw);
-        }
-        // Radial deviation of a turn a: a R sin cos; of a lag d: d sin cos, with the sign of the
-        // sense; of a scale s: s R cos^2.
-        let per_m = 1e3 / circle.radius_mm;
-        BothSenses {
-            squareness_um_m: (ccw[1] + cw[1]) * per_m,
-            mismatch_um: ccw[1] - cw[1],
-            scale_um_m: (ccw[0] + cw[0]) * per_m,
-        }
-    });
-    sheet
+pub(super) fn sheet(circle: &FullCircle, all: &[FullCircle]) -> CircleWords {
+    let other = partner(circle, all).map(middles);
+    words(
+        &middles(circle),
+        circle.counterclockwise,
+        other.as_deref(),
+        circle.radius_mm,
+    )
 }
 
 /// Radial deviation in the middle of what each part of the turn has, um.
@@ -76,79 +21,11 @@ fn middles(circle: &FullCircle) -> Vec<f64> {
     circle.radial_um.iter().map(middle).collect()
 }
 
-/// Amplitudes of the second harmonic, of cosine and sine.
-fn second(radial_um: &[f64]) -> [f64; 2] {
-    let mut sums = [0.0; 2];
-    let mut count = 0_u32;
-    for (part, um) in radial_um
-        .iter()
-        .enumerate()
-        .filter(|(_, um)| um.is_finite())
-    {
-        let angle = (part as f64 + 0.5) / radial_um.len() as f64 * TAU;
-        let (sin, cos) = math::sin_cos(2.0 * angle);
-        sums = [sums[0] + um * cos, sums[1] + um * sin];
-        count += 1;
-    }
-    sums.map(|sum| 2.0 * sum / f64::from(count.max(1)))
-}
-
-/// Step and spike at a reversal, by its angle in degrees.
-fn reversal(radial_um: &[f64], at_deg: f64, counterclockwise: bool) -> (f64, f64) {
-    let parts = radial_um.len();
-    let per = parts as f64 / 360.0;
-    let sense = if counterclockwise { 1.0 } else { -1.0 };
-    // From one angle to another, as they are travelled from the reversal on: cosine and sine of the
-    // angle, and the deviation.
-    let stretch = |from_deg: f64, to_deg: f64| {
-        let (from, to) = ((from_deg * per) as i64, (to_deg * per) as i64);
-        (from..to).filter_map(move |step| {
-            let along = step as f64 + 0.5;
-            let part = (at_deg * per + sense * along).rem_euclid(parts as f64) as usize;
-            let um = radial_um.get(part).copied().filter(|um| um.is_finite())?;
-            let (sin, cos) = math::sin_cos(along / parts as f64 * TAU);
-            Some([cos, sin, um])
-        })
-    };
-    let [near, far] = LEVEL_DEG;
-    let levels = (offset(stretch(-far, -near)), offset(stretch(near, far)));
-    // Where the circle has a gap there, nothing is known.
-    let (Some(before), Some(behind)) = levels else {
-        return (0.0, 0.0);
-    };
-    let outside = |[cos, sin, um]: [f64; 3]| {
-        let [one, other] = [before, behind].map(|[a, b]| a * cos + b * sin);
-        (um - one.max(other)).max(one.min(other) - um).max(0.0)
-    };
-    let spike = stretch(0.0, SPIKE_DEG).map(outside).fold(0.0, f64::max);
-    (behind[0] - before[0], spike)
-}
-
-/// By how much a tip is off along the axis that reverses and along the other one, which makes the
-/// deviations over a stretch, by least squares.
-fn offset(stretch: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 2]> {
-    let (mut cc, mut cs, mut ss, mut cu, mut su) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for [cos, sin, um] in stretch {
-        cc += cos * cos;
-        cs += cos * sin;
-        ss += sin * sin;
-        cu += cos * um;
-        su += sin * um;
-    }
-    let determinant: f64 = cc * ss - cs * cs;
-    // Too few parts of the turn have a tick.
-    (determinant > 1e-6).then(|| {
-        [
-            (ss * cu - cs * su) / determinant,
-            (cc * su - cs * cu) / determinant,
-        ]
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_base::Plane;
+    use lostmotion_base::{Plane, math};
+    use std::f64::consts::TAU;
 
     const RADIUS_MM: f64 = 50.0;
 
@@ -189,9 +66,9 @@ mod tests {
         let both = [of(1.0), of(-1.0)];
         for circle in &both {
             let found = sheet(circle, &both).both.unwrap();
-            assert!((found.squareness_um_m - square).abs() < 0.1, "{found:?}");
-            assert!((found.scale_um_m - scale).abs() < 0.1, "{found:?}");
-            assert!((found.mismatch_um - lag).abs() < 0.01, "{found:?}");
+            for (value, expected) in found.into_iter().zip([square, lag, scale]) {
+                assert!((value - expected).abs() < 0.1, "{found:?}");
+            }
         }
         assert_eq!(sheet(&both[0], &both[..1]).both, None);
     }

@@ -2,7 +2,7 @@
 
 use super::advice::{remedy, settings};
 use super::axes::{axes, reversals};
-use super::ballbar::{self, BothSenses};
+use super::ballbar;
 use super::data::{data, embedded, escape, line, line_link, plane_letters, source};
 use super::enlarged;
 use super::levels::{self, Mark, Shown};
@@ -500,11 +500,11 @@ fn circles(out: &mut String, record: &Gathered, main: usize) {
                 shown(um[1])
             )
         };
-        let both = |value: fn(&BothSenses) -> f64| {
+        let both = |at: usize| {
             sheet
                 .both
                 .as_ref()
-                .map_or("-".to_owned(), |both| signed(value(both)))
+                .map_or("-".to_owned(), |both| signed(both[at]))
         };
         let _ = writeln!(
             out,
@@ -512,9 +512,9 @@ fn circles(out: &mut String, record: &Gathered, main: usize) {
             circle.line,
             pair(sheet.spike_um, &|um| error(um)),
             pair(sheet.step_um, &|um| signed(um)),
-            both(|both| both.squareness_um_m),
-            both(|both| both.mismatch_um),
-            both(|both| both.scale_um_m),
+            both(0),
+            both(1),
+            both(2),
         );
     }
     out.push_str("</tbody></table></div>\n<p class=\"note\">As a ballbar's sheet names it: a <i>reversal spike</i> is how far the path leaves the band between before and behind the reversal of an axis (stick-slip, gap: compensate it), <i>lost motion</i> the step of the level there, positive outwards (gap and wind-up: enter it as backlash). With the same circle in the other sense: <i>squareness</i> and <i>scale mismatch</i> stay, <i>servo mismatch</i> turns over: by so much is the first axis behind the second at this feed (match gains and feed-forward).</p>\n<p class=\"note\">After ISO 230-4: circular deviation G is the width of the ring about the least-squares centre that holds the path; radial deviation F is against the programmed circle, positive outwards; circular hysteresis H is the largest difference between the same circle cut in both senses (- where it is cut in one).</p>\n</section>\n");

@@ -4,19 +4,23 @@
 //! the same everywhere; only the line of [`along`] is not.
 
 mod along;
+mod ballbar;
 mod blocks;
 mod comparison;
 mod parts;
+mod recorded;
 mod runs;
 mod simulation;
 mod table;
 mod time;
 
 pub use along::{Along, along};
+pub use ballbar::ballbar;
 pub use comparison::comparison;
 pub(crate) use comparison::{tested, what_it_takes};
 pub use parts::straightness;
 pub(crate) use parts::{stop_place, stop_reason};
+pub use recorded::record_check;
 pub use runs::runs;
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};

@@ -2,8 +2,11 @@
 
 use crate::common::{simulation, stats, stop};
 use lostmotion_base::AxisId;
+use lostmotion_contour::ballbar::{BallbarSheet, Explained, ReversalMark, SenseValues};
 use lostmotion_report::json;
+use lostmotion_sim::recorded::results::{LimitUse, RecordCheck, RecordedAxisCheck, RecordedBlock};
 use lostmotion_sim::results::{GantryResult, Run, Straightness};
+use lostmotion_sim::testpart::BallbarAnswer;
 use lostmotion_sim::time::results::{BlockTime, CycleTime, LimitShare, WhatIf};
 use serde_json::Value;
 
@@ -44,8 +47,38 @@ fn the_rounding_of_every_number_of_every_result_is_in_the_table() {
         blocks: vec![block],
         what_if: vec![WhatIf::default()],
     });
+    let limit = LimitUse::default();
+    let mut record_axis = RecordedAxisCheck::default();
+    record_axis.limits = vec![limit.clone()];
+    let mut recorded = RecordedBlock::default();
+    (recorded.limit, recorded.allowed_um) = (Some(limit), Some(0.5));
+    let record = made!(RecordCheck {
+        axes: vec![record_axis],
+        blocks: vec![recorded],
+    });
+    let told = Some(Explained::default());
+    let mut sheet = BallbarSheet::default();
+    sheet.senses = vec![SenseValues::default()];
+    sheet.reversals = vec![ReversalMark {
+        axis: AxisId::X,
+        angle_deg: 0.5,
+        counterclockwise: true,
+        step_um: 0.5,
+        spike_um: 0.5,
+    }];
+    (sheet.h_um, sheet.g_both_um, sheet.d_um) = (Some(0.5), Some(0.5), Some(0.5));
+    (sheet.center_um, sheet.lost_motion_um) = (vec![told], vec![told]);
+    (sheet.scale_um_m, sheet.squareness_um_m, sheet.mismatch_um) = (told, told, told);
+    let ballbar = made!(BallbarAnswer {
+        measured: sheet.clone(),
+        simulated: Some(sheet),
+        feed_mm_min: Some(0.5),
+        apart_rms_um: Some(0.5),
+    });
     let mut found = Vec::new();
     for value in [
+        serde_json::to_value(record).unwrap(),
+        serde_json::to_value(ballbar).unwrap(),
         serde_json::to_value(single).unwrap(),
         serde_json::to_value(run).unwrap(),
         serde_json::to_value(time).unwrap(),

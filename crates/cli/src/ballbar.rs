@@ -1,0 +1,195 @@
+//! `lostmotion ballbar`: what a ballbar's sheet tells of a machine's axes, and what a description of
+//! the machine would make of the same circle.
+
+use crate::logs::open;
+use crate::options::machine::MachineOptions;
+use crate::options::{Format, number, show};
+use crate::output::{self, DONE, Failure};
+use crate::parts::{shown, to_json};
+use clap::{Args, ValueEnum, ValueHint};
+use lostmotion::base::Plane;
+use lostmotion::contour::ballbar::{BallbarTrace, sheet};
+use lostmotion::contour::{Circle, RadialPoint};
+use lostmotion::logs::{BallbarLog, BallbarOptions, ColumnSpec, read_ballbar};
+use lostmotion::report::text;
+use lostmotion::sim::testpart::{BallbarAnswer, BallbarTest, TestOptions, simulate_ballbar};
+use std::path::PathBuf;
+
+/// How far off a whole number of millimetres a mean radius may be to be taken for it, mm.
+const WHOLE_MM: f64 = 0.2;
+
+/// Plane of a circle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlaneName {
+    /// X and Y
+    #[default]
+    Xy,
+    /// Z and X
+    Zx,
+    /// Y and Z
+    Yz,
+}
+
+/// `ballbar`.
+#[derive(Debug, Args)]
+pub(crate) struct Ballbar {
+    /// Sheets: tables with an angle and a radius or a deviation, one sense of rotation in each file
+    /// or both in one
+    #[arg(required = true, value_name = "SHEET", num_args = 1..=2, value_hint = ValueHint::FilePath)]
+    pub(crate) sheets: Vec<PathBuf>,
+    /// Which column is what, by its name or number: angle=NAME,unit=deg, radius=NAME,unit=mm or
+    /// deviation=NAME,unit=um,sign=-; may be repeated
+    #[arg(long, value_name = "ROLE=NAME", allow_hyphen_values = true)]
+    pub(crate) column: Vec<ColumnSpec>,
+    /// Nominal radius, mm; of sheets with radii the whole number next to their mean, if left out
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = number)]
+    pub(crate) radius_mm: Option<f64>,
+    /// Plane of the circle
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) plane: PlaneName,
+    /// Feed of the circle with --machine, mm/min; 1000, or less where its limits ask for it, if left
+    /// out
+    #[arg(long, value_name = "MM_MIN", allow_negative_numbers = true, value_parser = number, requires = "machine")]
+    pub(crate) feed: Option<f64>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) on: MachineOptions,
+}
+
+/// Says what the sheets tell.
+pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
+    let machine = args.on.named()?;
+    let options = BallbarOptions {
+        columns: args.column.clone(),
+        ..BallbarOptions::default()
+    };
+    let mut logs: Vec<BallbarLog> = Vec::new();
+    let mut names = Vec::new();
+    for path in &args.sheets {
+        let name = path.display().to_string();
+        let log = read_ballbar(open(path)?, &name, &options)?;
+        if !quiet {
+            for said in &log.said {
+                output::remark(&format!("{name}: {said}"));
+            }
+        }
+        logs.push(log);
+        names.push(name);
+    }
+    let radius_mm = nominal(args, &logs, &names, quiet)?;
+    let traces: Vec<BallbarTrace> = logs
+        .iter()
+        .flat_map(|log| log.senses.iter().map(move |sense| (log, sense)))
+        .map(|(log, sense)| {
+            let zero = if log.is_deviation { 0.0 } else { radius_mm };
+            let points = sense.iter().map(|&(angle_rad, value)| RadialPoint {
+                angle_rad,
+                deviation_mm: value - zero,
+            });
+            BallbarTrace::new(points.collect())
+        })
+        .collect();
+    let one_sense = traces.len() > 1
+        && traces
+            .iter()
+            .all(|trace| trace.counterclockwise == traces[0].counterclockwise);
+    if traces.len() > 2 || one_sense {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: {} circles, {} of them counter-clockwise",
+                names.join(", "),
+                traces.len(),
+                traces.iter().filter(|trace| trace.counterclockwise).count()
+            ),
+            "give one circle of each sense at most",
+        ));
+    }
+    let plane = match args.plane {
+        PlaneName::Xy => Plane::Xy,
+        PlaneName::Zx => Plane::Zx,
+        PlaneName::Yz => Plane::Yz,
+    };
+    let circle = Circle {
+        plane,
+        center_mm: [0.0; 2],
+        radius_mm,
+    };
+    let said = names.join(", ");
+    let judged = |traces: &[BallbarTrace]| {
+        sheet(&circle, traces).map_err(|error| Failure::message(format!("{said}: {error}")))
+    };
+    let mut answer = BallbarAnswer::new(names, judged(&traces)?);
+    if let Some(machine) = machine {
+        if plane != Plane::Xy {
+            return Err(Failure::with_hint(
+                "a machine is simulated in the plane XY alone",
+                "leave out --machine for sheets of other planes",
+            ));
+        }
+        let refused = |error: lostmotion::SimError| Failure::message(error.to_string());
+        let wanted = TestOptions {
+            radius_mm: Some(radius_mm),
+            feed_mm_min: args.feed,
+            ..TestOptions::default()
+        };
+        let test = BallbarTest::new(&machine, &wanted).map_err(refused)?;
+        let simulated = simulate_ballbar(&machine, &test).map_err(refused)?;
+        let other = judged(&simulated)?;
+        let of = (machine.name(), test.feed_mm_min);
+        answer = answer.beside(of, other, (&traces, &simulated));
+    }
+    show(
+        args.format,
+        &to_json(&answer)?,
+        &text::ballbar(&answer, &shown()),
+    )?;
+    Ok(DONE)
+}
+
+/// The nominal radius: told, or that of the sheets.
+fn nominal(
+    args: &Ballbar,
+    logs: &[BallbarLog],
+    names: &[String],
+    quiet: bool,
+) -> Result<f64, Failure> {
+    if let Some(radius) = args.radius_mm {
+        return if radius.is_finite() && radius > 0.0 {
+            Ok(radius)
+        } else {
+            Err(Failure::message(format!(
+                "--radius-mm is {radius}; it has to be positive"
+            )))
+        };
+    }
+    if let Some((_, name)) = logs.iter().zip(names).find(|(log, _)| log.is_deviation) {
+        return Err(Failure::with_hint(
+            format!("{name}: deviations alone do not tell the radius of the circle"),
+            "give it: --radius-mm 150",
+        ));
+    }
+    let values: Vec<f64> = logs
+        .iter()
+        .flat_map(|log| log.senses.iter().flatten().map(|(_, value)| *value))
+        .collect();
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let whole = mean.round();
+    if (mean - whole).abs() > WHOLE_MM || whole <= 0.0 {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: the mean radius {mean:.3} mm is near no whole number of millimetres",
+                names.join(", ")
+            ),
+            "give the nominal radius: --radius-mm 150",
+        ));
+    }
+    if !quiet {
+        output::remark(&format!(
+            "{}: the nominal radius is taken to be {whole} mm",
+            names.join(", ")
+        ));
+    }
+    Ok(whole)
+}

@@ -1,0 +1,143 @@
+//! The rows of the channels that are asked for, on one clock.
+
+use crate::clocks::{Track, on_one_clock};
+use crate::error::LogError;
+use crate::reader::LogReader;
+use crate::roles::Assigned;
+use crate::source::Row;
+
+/// Which rows of a log are taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    /// First and last time, s of the log.
+    pub(crate) from_s: f64,
+    pub(crate) to_s: f64,
+    /// Most rows, from the first time on.
+    pub(crate) max_rows: usize,
+}
+
+/// All rows of the channels, on one clock.
+pub(crate) fn collect(
+    reader: &mut LogReader<'_>,
+    assigned: &[Assigned],
+    factors: &[f64],
+    part: &Part,
+    said: &mut Vec<String>,
+) -> Result<Track, LogError> {
+    let name = reader.name().to_owned();
+    let header = reader.header().clone();
+    // Groups that are asked for, each with the places of its channels among the roles.
+    let mut groups: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
+    for (role, other) in assigned.iter().enumerate() {
+        let Some(channel) = header.channels.get(other.channel) else {
+            continue;
+        };
+        let within = header
+            .group(channel.group)
+            .position(|place| place == other.channel);
+        let entry = (role, within.unwrap_or_default());
+        match groups.iter_mut().find(|(group, _)| *group == channel.group) {
+            Some((_, members)) => members.push(entry),
+            None => groups.push((channel.group, vec![entry])),
+        }
+    }
+    let fresh = || -> Vec<Track> {
+        groups
+            .iter()
+            .map(|(_, members)| Track::new(members.len()))
+            .collect()
+    };
+    let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
+    let (mut tracks, mut best) = (fresh(), fresh());
+    let (mut recording, mut recordings, mut more) = (0, 1u32, false);
+    let mut row = Row::default();
+    while reader.next_row(&mut row)? {
+        let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
+            continue;
+        };
+        if row.part != recording {
+            (recording, recordings) = (row.part, recordings + 1);
+            // Time was lost: the longest part is kept.
+            if rows_of(&tracks) > rows_of(&best) {
+                std::mem::swap(&mut tracks, &mut best);
+            }
+            tracks.iter_mut().for_each(Track::clear);
+        }
+        let track = &mut tracks[place];
+        if let Some(&before_s) = track.time_s.last()
+            && row.time_s <= before_s
+        {
+            return Err(LogError::line(
+                &name,
+                row.line,
+                format!(
+                    "the time {} s is not after {before_s} s, the time of the row before",
+                    row.time_s
+                ),
+                "rows have to be in order of time, none twice",
+            ));
+        }
+        if row.time_s < part.from_s {
+            continue;
+        }
+        if row.time_s > part.to_s {
+            break;
+        }
+        if track.len() == part.max_rows {
+            more = true;
+            break;
+        }
+        track.time_s.push(row.time_s);
+        track.line.push(row.line);
+        for (column, (role, within)) in groups[place].1.iter().enumerate() {
+            let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
+            track.columns[column].push(value * factors[*role]);
+        }
+    }
+    if rows_of(&best) > rows_of(&tracks) {
+        tracks = best;
+    }
+    if recordings > 1 {
+        said.push(format!(
+            "time was lost between {recordings} parts of the log: the longest one is taken, {} rows",
+            rows_of(&tracks)
+        ));
+    }
+    if more {
+        said.push(format!(
+            "the first {} rows are taken; more with --rows, others with --from and --to",
+            part.max_rows
+        ));
+    }
+    let scale = reader.time_scale_s();
+    let mut merged = if tracks.len() == 1 {
+        tracks.pop().unwrap_or_default()
+    } else {
+        if tracks.iter().any(|track| track.len() < 2) {
+            return Err(LogError::file(
+                &name,
+                "a column has fewer than two values",
+                "",
+            ));
+        }
+        let merged = on_one_clock(&tracks);
+        said.push(format!(
+            "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
+            groups.len(),
+            1e3 * merged.period_s()
+        ));
+        merged
+    };
+    if scale != 1.0 {
+        merged.time_s.iter_mut().for_each(|time| *time *= scale);
+    }
+    // Columns in the order of the roles.
+    let order: Vec<usize> = groups
+        .iter()
+        .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
+        .collect();
+    let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
+    columns.sort_by_key(|(role, _)| *role);
+    merged.columns = columns.into_iter().map(|(_, column)| column).collect();
+    Ok(merged)
+}

@@ -1,0 +1,598 @@
+//! A recorded motion held against its program: where in the program it is, how far it leaves the
+//! programmed path, and whether it keeps the limits of the machine.
+//!
+//! The record may begin and end anywhere in the program, at any clock, with overrides, feed holds and
+//! pauses ([`locate`]). A limit counts as exceeded where the record proves it, whatever its rounding
+//! and noise ([`rates`]).
+
+mod locate;
+mod path;
+mod rates;
+pub mod results;
+
+use crate::error::SimError;
+use crate::motion::{self, Checked, Curves};
+use crate::program::BlockTexts;
+use crate::results::ProgramInfo;
+use crate::setup::Setup;
+use locate::{Coordinates, Located, follow, locate};
+use lostmotion_base::units::deg;
+use lostmotion_base::{AxisId, Coords};
+use path::{Foot, ProgrammedPath};
+use rates::{Channel, Fineness, Order, time_bound_s};
+use results::{
+    Derivative, LimitUse, RECORD_SCHEMA, RecordCheck, RecordCoordinates, RecordKind, RecordPlace,
+    RecordedAxisCheck, RecordedBlock,
+};
+
+/// By how much a limit may be exceeded without being said to be, in parts of it. A choice: limits of
+/// controls are rounded numbers.
+const LIMIT_SLACK: f64 = 0.005;
+/// The same of measured positions. A choice: limits are those of commands, and servos overshoot.
+const SERVO_SLACK: f64 = 0.1;
+/// Part of a limit that an error of a derivative may be for the record to tell it.
+const TOLD_SHARE: f64 = 0.5;
+/// Distance that is none, mm: roundings of programs.
+const SLACK_MM: f64 = 1e-4;
+/// Other places that are listed.
+const MOST_OTHERS: usize = 10;
+/// Derivatives with the place of their limit.
+const DERIVATIVES: [Derivative; 3] = [
+    Derivative::Velocity,
+    Derivative::Acceleration,
+    Derivative::Jerk,
+];
+
+/// Positions of one axis, mm or rad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedAxis {
+    /// The axis.
+    pub axis: AxisId,
+    /// A position a row.
+    pub values: Vec<f64>,
+}
+
+/// A motion that was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
+    /// Time of each row by any clock, s, rising.
+    pub time_s: Vec<f64>,
+    /// The axes: joints of the machine, or what [`Recorded::of_tool`] says.
+    pub axes: Vec<RecordedAxis>,
+    /// What was recorded.
+    pub kind: RecordKind,
+    /// Whether the positions are those of the tool and of the program's axes. On machines whose
+    /// joints go with the program's axes it makes no difference.
+    pub of_tool: bool,
+}
+
+/// How a record is checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordOptions {
+    /// How many of the worst blocks are listed.
+    pub keep_blocks: usize,
+    /// Most moves of a program: they are held in memory.
+    pub max_moves: usize,
+    /// Whether the record may be in coordinates that are neither the machine's nor the program's.
+    pub shifted: bool,
+}
+
+impl Default for RecordOptions {
+    fn default() -> RecordOptions {
+        RecordOptions {
+            keep_blocks: 10,
+            max_moves: 1_000_000,
+            shifted: true,
+        }
+    }
+}
+
+/// Checks a record against a program on a machine.
+pub(crate) fn check(
+    setup: &Setup<'_>,
+    recorded: &Recorded,
+    options: &RecordOptions,
+) -> Result<RecordCheck, SimError> {
+    let machine = setup.machine;
+    check_rows(setup, recorded)?;
+    // The work offset of the log may be another than the machine file's: then travel says nothing.
+    let checked = match motion::check(setup) {
+        Err(SimError::Travel { name, .. }) => Checked {
+            program: ProgramInfo {
+                name,
+                ..ProgramInfo::default()
+            },
+            ..Checked::default()
+        },
+        other => other?,
+    };
+    let path = ProgrammedPath::read(
+        Curves::new(setup)?,
+        setup.kinematics.joint_map(),
+        machine.planner().exact_path_tolerance_mm,
+        options.max_moves,
+    )?;
+    if path.pieces.is_empty() {
+        return Err(SimError::refused(
+            "the program does not move the tool",
+            "is it the right file?",
+        ));
+    }
+    let channels = Channels::new(setup, recorded, &path)?;
+    let error_mm = channels.error_mm;
+    let located = locate(&path, &channels.points, error_mm, options.shifted)?;
+    let (first, last) = located.rows;
+    let rows = channels.points.get(first..=last).unwrap_or_default();
+    let at = |point: &[f64; 3]| lostmotion_base::vec::sub(*point, located.shift_mm);
+    let feet = follow(&path, rows.iter().map(at), located.place_mm, error_mm);
+    let mut blocks = Blocks::new(setup, recorded, &path, error_mm + located.shift_error_mm);
+    for (row, foot) in feet.iter().enumerate() {
+        blocks.add(recorded.time_s[first + row], foot);
+    }
+    let mut untold = Vec::new();
+    if recorded.kind == RecordKind::Measured {
+        untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
+    }
+    let axes = channels.axes(setup, first..last + 1, &mut blocks, &feet, &mut untold);
+    if located.coordinates == Coordinates::Found && path.pieces.iter().any(|piece| piece.rapid) {
+        untold.push(
+            "whether the work offset of the log is the one that was meant: it was fitted"
+                .to_owned(),
+        );
+    }
+    let mut answer = RecordCheck {
+        schema: RECORD_SCHEMA,
+        program: checked.program,
+        machine: machine.name().to_owned(),
+        kind: recorded.kind,
+        period_s: lostmotion_base::math::quantile(
+            recorded
+                .time_s
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .collect(),
+            0.5,
+        ),
+        place: place(&path, &located, recorded, &feet),
+        axes,
+        untold,
+        ..RecordCheck::default()
+    };
+    blocks.finish(&mut answer, options.keep_blocks);
+    let mut texts = BlockTexts::new(setup.program, checked.files);
+    for block in &mut answer.blocks {
+        block.text = texts.at(block.block.span);
+    }
+    Ok(answer)
+}
+
+/// Refuses a record that cannot be one of this machine.
+fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
+    let rows = recorded.time_s.len();
+    if let Some(row) = (1..rows).find(|&row| {
+        recorded.time_s[row].partial_cmp(&recorded.time_s[row - 1])
+            != Some(std::cmp::Ordering::Greater)
+    }) {
+        return Err(SimError::refused(
+            format!(
+                "row {}: the time {} s is not after {} s, the time of the row before",
+                row + 1,
+                recorded.time_s[row],
+                recorded.time_s[row - 1]
+            ),
+            "rows have to be in order of time, none twice",
+        ));
+    }
+    for axis in &recorded.axes {
+        if axis.values.len() != rows {
+            let what = format!(
+                "axis {} has {} positions for {rows} rows",
+                axis.axis,
+                axis.values.len()
+            );
+            return Err(SimError::refused(what, "one position a row"));
+        }
+        if let Some(row) = axis.values.iter().position(|value| !value.is_finite()) {
+            let what = format!(
+                "row {}: the position of axis {} is not a number",
+                row + 1,
+                axis.axis
+            );
+            return Err(SimError::refused(what, "leave the row out"));
+        }
+    }
+    let has = |wanted: AxisId| recorded.axes.iter().any(|axis| axis.axis == wanted);
+    // Tools have X, Y and Z whatever the joints are called.
+    let needed: Vec<AxisId> = if recorded.of_tool {
+        vec![AxisId::X, AxisId::Y, AxisId::Z]
+    } else {
+        let curved = setup.kinematics.joint_map() != lostmotion_kinematics::JointMap::Shifted;
+        let joints = setup.machine.axes().iter();
+        joints
+            .map(|axis| axis.id)
+            .filter(|id| curved || id.index() < 3)
+            .collect()
+    };
+    if let Some(missing) = needed.into_iter().find(|axis| !has(*axis)) {
+        return Err(SimError::refused(
+            format!(
+                "the record has no axis {missing}, which the machine `{}` has",
+                setup.machine.name()
+            ),
+            "log all axes that move the tool",
+        ));
+    }
+    Ok(())
+}
+
+/// The record as the program sees it, and as the joints do.
+struct Channels<'a> {
+    recorded: &'a Recorded,
+    /// The tool in the coordinates that the path is in.
+    points: Vec<[f64; 3]>,
+    joints: Vec<(AxisId, Vec<f64>, Fineness)>,
+    /// How far a point may be off, mm.
+    error_mm: f64,
+}
+
+impl<'a> Channels<'a> {
+    fn new(
+        setup: &Setup<'_>,
+        recorded: &'a Recorded,
+        path: &ProgrammedPath,
+    ) -> Result<Channels<'a>, SimError> {
+        let rows = recorded.time_s.len();
+        let row = |row: usize| {
+            let mut coords = Coords::ZERO;
+            for axis in &recorded.axes {
+                coords.0[axis.axis.index()] = axis.values[row];
+            }
+            coords
+        };
+        let kinematics = &setup.kinematics;
+        let shifted = kinematics.joint_map() == lostmotion_kinematics::JointMap::Shifted;
+        let points = (0..rows)
+            .map(|index| {
+                let coords = row(index);
+                if path.is_tip && !recorded.of_tool {
+                    kinematics.forward(&coords, &path.tool_mm).linear()
+                } else {
+                    coords.linear()
+                }
+            })
+            .collect();
+        let fineness: Vec<(AxisId, Fineness)> = recorded
+            .axes
+            .iter()
+            .map(|axis| (axis.axis, Fineness::of(&axis.values)))
+            .collect();
+        // A point is off by what its three coordinates are off; on machines whose joints do not go
+        // with the tool about as far.
+        let square: f64 = fineness
+            .iter()
+            .filter(|(axis, _)| axis.index() < 3)
+            .map(|(_, fineness)| {
+                let bound = fineness.bound(3 * rows);
+                bound * bound
+            })
+            .sum();
+        let joints = if recorded.of_tool && !shifted {
+            let mut columns = vec![Vec::with_capacity(rows); setup.machine.axes().len()];
+            for index in 0..rows {
+                let joints = kinematics.inverse(&row(index), &path.tool_mm)?;
+                for (column, axis) in columns.iter_mut().zip(setup.machine.axes()) {
+                    column.push(joints.0[axis.id.index()]);
+                }
+            }
+            let ids = setup.machine.axes().iter().map(|axis| axis.id);
+            ids.zip(columns)
+                .map(|(id, values)| {
+                    let fineness = Fineness::of(&values);
+                    (id, values, fineness)
+                })
+                .collect()
+        } else {
+            let values = recorded.axes.iter().map(|axis| axis.values.clone());
+            fineness
+                .iter()
+                .zip(values)
+                .map(|((id, fineness), values)| (*id, values, *fineness))
+                .collect()
+        };
+        Ok(Channels {
+            recorded,
+            points,
+            joints,
+            error_mm: square.sqrt(),
+        })
+    }
+
+    /// Holds each axis against its limits.
+    fn axes(
+        &self,
+        setup: &Setup<'_>,
+        rows: std::ops::Range<usize>,
+        blocks: &mut Blocks<'_>,
+        feet: &[Foot],
+        untold: &mut Vec<String>,
+    ) -> Vec<RecordedAxisCheck> {
+        let time_s = self.recorded.time_s.get(rows.clone()).unwrap_or_default();
+        let time_bound_s = time_bound_s(time_s);
+        let mut found = Vec::new();
+        for (id, values, fineness) in &self.joints {
+            let Some(axis) = setup.machine.axis(*id) else {
+                continue;
+            };
+            let channel = Channel {
+                time_s,
+                values: values.get(rows.clone()).unwrap_or_default(),
+                fineness: *fineness,
+                time_bound_s,
+            };
+            let unit = if axis.is_rotary() { deg(1.0) } else { 1.0 };
+            let mut limits = Vec::new();
+            let is_measured = self.recorded.kind == RecordKind::Measured;
+            let slack = if is_measured {
+                SERVO_SLACK
+            } else {
+                LIMIT_SLACK
+            };
+            // What friction and a gap do to the jerk of a load is no fault of the control.
+            let held = if is_measured { 2 } else { DERIVATIVES.len() };
+            for (order, derivative) in DERIVATIVES.into_iter().take(held).enumerate() {
+                let limit = match derivative {
+                    Derivative::Velocity => axis.limits.velocity,
+                    Derivative::Acceleration => axis.limits.acceleration,
+                    Derivative::Jerk => axis.limits.jerk,
+                };
+                let order = Order(order + 1);
+                let mut worst: Option<LimitUse> = None;
+                for rate in channel.rates(order) {
+                    let Some(foot) = feet.get(rate.row) else {
+                        continue;
+                    };
+                    let is_exceeded = rate.certain() > limit * (1.0 + slack);
+                    let used = LimitUse {
+                        axis: *id,
+                        derivative,
+                        limit: limit * unit,
+                        found: rate.value.abs() * unit,
+                        plus_minus: rate.error * unit,
+                        times: rate.value.abs() / limit,
+                        over_s: rate.over_s,
+                        time_s: time_s[rate.row],
+                        block: blocks
+                            .path
+                            .pieces
+                            .get(foot.piece)
+                            .map(|piece| piece.block)
+                            .unwrap_or_default(),
+                        is_exceeded,
+                    };
+                    let more = |than: &LimitUse| {
+                        rate.certain() / limit > (than.found - than.plus_minus) / than.limit
+                    };
+                    if worst.as_ref().is_none_or(more) {
+                        worst = Some(used.clone());
+                    }
+                    blocks.limit(foot.piece, used);
+                }
+                let least = channel
+                    .errors(order)
+                    .into_iter()
+                    .min_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some((over_s, error)) =
+                    least.filter(|(_, error)| *error > TOLD_SHARE * limit)
+                {
+                    let letter = if axis.is_rotary() { "deg" } else { "mm" };
+                    untold.push(format!(
+                        "whether axis {id} keeps its {derivative} of {}: rounding and noise of the log make +-{} {letter} and s of it even over {:.0} ms",
+                        short(limit * unit),
+                        short(error * unit),
+                        1e3 * over_s,
+                    ));
+                }
+                limits.extend(worst);
+            }
+            found.push(RecordedAxisCheck {
+                axis: *id,
+                unit: if axis.is_rotary() { "deg" } else { "mm" }.to_owned(),
+                step: fineness.step * unit,
+                noise: fineness.noise * unit,
+                limits,
+            });
+        }
+        found
+    }
+}
+
+/// Three digits of a number of any size.
+fn short(value: f64) -> String {
+    let digits = 2.0 - lostmotion_base::math::log10(value.abs().max(1e-9)).floor();
+    format!("{value:.*}", digits.clamp(0.0, 9.0) as usize)
+}
+
+fn place(
+    path: &ProgrammedPath,
+    located: &Located,
+    recorded: &Recorded,
+    feet: &[Foot],
+) -> RecordPlace {
+    let block = |piece: usize| {
+        path.pieces
+            .get(piece)
+            .map(|piece| piece.block)
+            .unwrap_or_default()
+    };
+    let (first, last) = located.rows;
+    let time = |row: usize| recorded.time_s.get(row).copied().unwrap_or_default();
+    let rows = recorded.time_s.len();
+    RecordPlace {
+        first: block(feet.first().map_or(0, |foot| foot.piece)),
+        last: block(feet.last().map_or(0, |foot| foot.piece)),
+        from_s: time(first),
+        to_s: time(last),
+        rows: rows as u64,
+        rows_before: first as u64,
+        rows_behind: (rows - 1 - last.min(rows - 1)) as u64,
+        coordinates: match located.coordinates {
+            Coordinates::Machine => RecordCoordinates::Machine,
+            Coordinates::Program => RecordCoordinates::Program,
+            Coordinates::Found => RecordCoordinates::Shifted,
+        },
+        shift_mm: located.shift_mm,
+        shift_error_mm: located.shift_error_mm,
+        others: located
+            .others
+            .iter()
+            .take(MOST_OTHERS)
+            .map(|place| block(path.at(*place)))
+            .collect(),
+        other_places: located.others.len() as u64,
+    }
+}
+
+/// The blocks that the record goes through.
+struct Blocks<'a> {
+    path: &'a ProgrammedPath,
+    kind: RecordKind,
+    tolerance_mm: f64,
+    error_mm: f64,
+    rows: u64,
+    square: f64,
+    /// Each with the first and last of its pieces.
+    found: Vec<(usize, usize, RecordedBlock)>,
+}
+
+impl<'a> Blocks<'a> {
+    fn new(
+        setup: &Setup<'_>,
+        recorded: &Recorded,
+        path: &'a ProgrammedPath,
+        error_mm: f64,
+    ) -> Blocks<'a> {
+        let told = setup.options.tolerance_um;
+        let tolerance_um = told.unwrap_or(setup.machine.simulate().tolerance_um);
+        Blocks {
+            path,
+            kind: recorded.kind,
+            tolerance_mm: 1e-3 * tolerance_um,
+            error_mm,
+            rows: 0,
+            square: 0.0,
+            found: Vec::new(),
+        }
+    }
+
+    /// How far the record may be off at a foot, mm.
+    fn allowed_mm(&self, foot: &Foot, rapid: bool) -> Option<f64> {
+        let blending = self.path.tolerance_mm(foot)?;
+        match self.kind {
+            RecordKind::Commanded => Some(blending),
+            RecordKind::Measured => (!rapid).then_some(blending + self.tolerance_mm),
+        }
+    }
+
+    /// Takes the foot of the next row.
+    fn add(&mut self, time_s: f64, foot: &Foot) {
+        self.rows += 1;
+        self.square += foot.distance_mm * foot.distance_mm;
+        let Some(piece) = self.path.pieces.get(foot.piece) else {
+            return;
+        };
+        let allowed = self.allowed_mm(foot, piece.rapid);
+        let at = self.position(foot.piece);
+        let off_um = 1e3 * foot.distance_mm;
+        let is_outside = allowed.is_some_and(|mm| foot.distance_mm > mm + self.error_mm + SLACK_MM);
+        let index = match at {
+            Ok(index) => index,
+            Err(index) => {
+                // A spline or a rounded contour is one block of many pieces.
+                let goes_on = index
+                    .checked_sub(1)
+                    .and_then(|before| self.found.get_mut(before))
+                    .filter(|(_, last, block)| {
+                        block.block == piece.block && foot.piece - *last <= 1
+                    });
+                if let Some((_, last, _)) = goes_on {
+                    *last = foot.piece;
+                    index - 1
+                } else {
+                    let block = RecordedBlock {
+                        block: piece.block,
+                        rapid: piece.rapid,
+                        from_s: time_s,
+                        deviation_s: time_s,
+                        allowed_um: allowed.map(|mm| 1e3 * mm),
+                        ..RecordedBlock::default()
+                    };
+                    self.found.insert(index, (foot.piece, foot.piece, block));
+                    index
+                }
+            }
+        };
+        let Some((_, _, block)) = self.found.get_mut(index) else {
+            return;
+        };
+        block.to_s = time_s;
+        block.is_outside |= is_outside;
+        // The place that is worst against what is allowed there.
+        let share = |off: f64, allowed: Option<f64>| off / allowed.unwrap_or(1e3).max(1e-3);
+        let allowed_um = allowed.map(|mm| 1e3 * mm);
+        if share(off_um, allowed_um) > share(block.deviation_um, block.allowed_um)
+            || block.deviation_um == 0.0
+        {
+            (block.deviation_um, block.deviation_s, block.allowed_um) =
+                (off_um, time_s, allowed_um);
+        }
+    }
+
+    /// Takes the use of a limit on a piece.
+    fn limit(&mut self, piece: usize, used: LimitUse) {
+        let Ok(index) = self.position(piece) else {
+            return;
+        };
+        let Some((_, _, block)) = self.found.get_mut(index) else {
+            return;
+        };
+        let certain = |used: &LimitUse| (used.found - used.plus_minus) / used.limit;
+        if block
+            .limit
+            .as_ref()
+            .is_none_or(|other| certain(&used) > certain(other))
+        {
+            block.limit = Some(used);
+        }
+    }
+
+    fn position(&self, piece: usize) -> Result<usize, usize> {
+        self.found.binary_search_by(|(first, last, _)| {
+            if *last < piece {
+                std::cmp::Ordering::Less
+            } else if *first > piece {
+                std::cmp::Ordering::Greater
+            } else {
+                std::cmp::Ordering::Equal
+            }
+        })
+    }
+
+    fn finish(self, answer: &mut RecordCheck, keep: usize) {
+        answer.deviation_rms_um = 1e3 * (self.square / self.rows.max(1) as f64).sqrt();
+        answer.deviation_plus_minus_um = 1e3 * self.error_mm;
+        let mut blocks: Vec<RecordedBlock> =
+            self.found.into_iter().map(|(_, _, block)| block).collect();
+        answer.block_count = blocks.len() as u64;
+        answer.at_fault = blocks.iter().filter(|block| block.is_at_fault()).count() as u64;
+        answer.deviation_max_um = blocks
+            .iter()
+            .map(|block| block.deviation_um)
+            .fold(0.0, f64::max);
+        blocks.sort_by(|a, b| {
+            let by_fault = b.is_at_fault().cmp(&a.is_at_fault());
+            by_fault.then(b.times().total_cmp(&a.times()))
+        });
+        blocks.truncate(keep);
+        answer.blocks = blocks;
+    }
+}

@@ -1,0 +1,197 @@
+//! Test programs: every machine and dialect runs them within travel and limits, and the ballbar's
+//! circle of a simulated machine tells what the machine was described with.
+
+use lostmotion_contour::ballbar::sheet;
+use lostmotion_gcode::Dialect;
+use lostmotion_sim::machine::presets;
+use lostmotion_sim::testpart::{BallbarTest, TestKind, TestOptions, program, simulate_ballbar};
+use lostmotion_sim::time::TimeOptions;
+use lostmotion_sim::{Machine, Program, Simulation};
+
+const WRITTEN: [Dialect; 5] = [
+    Dialect::LinuxCnc,
+    Dialect::Fanuc,
+    Dialect::Haas,
+    Dialect::Marlin,
+    Dialect::Klipper,
+];
+
+fn options(dialect: Dialect) -> TestOptions {
+    TestOptions {
+        dialect: Some(dialect),
+        ..TestOptions::default()
+    }
+}
+
+/// Time of dwells and of cutting moves, s.
+fn times(text: &str, machine: &Machine, dialect: Dialect) -> (f64, f64) {
+    let program = Program::from_str("test", text);
+    let wanted = TimeOptions {
+        what_if: false,
+        ..TimeOptions::default()
+    };
+    let time = Simulation::new(&program, machine)
+        .dialect(dialect)
+        .time(&wanted, &mut |_| Ok(()))
+        .unwrap_or_else(|error| panic!("{} {}: {error}\n{text}", machine.name(), dialect.name()));
+    // Printers have no code for the end of a program.
+    let is_printer = matches!(dialect, Dialect::Marlin | Dialect::Klipper);
+    let mut warnings = time.program.warnings.clone();
+    warnings.retain(|warning| !(is_printer && warning.starts_with("warning[no-program-end]")));
+    assert!(warnings.is_empty(), "{warnings:?}\n{text}");
+    (time.kinds.dwell_s, time.kinds.cutting_s)
+}
+
+/// Controls read the same program in their own words: as long dwells, as long cuts.
+#[test]
+fn every_dialect_means_the_same() {
+    for name in ["vmc3", "bench3", "vmc4"] {
+        let machine = Machine::preset(name).unwrap();
+        for kind in [
+            TestKind::Circle,
+            TestKind::Reversal,
+            TestKind::Ballbar,
+            TestKind::Friction,
+        ] {
+            let of = |dialect| {
+                times(
+                    &program(&machine, kind, &options(dialect)).unwrap(),
+                    &machine,
+                    dialect,
+                )
+            };
+            let (dwell, cutting) = of(Dialect::LinuxCnc);
+            assert!(dwell > 3.0 && cutting > 5.0, "{name} {kind}");
+            for dialect in &WRITTEN[1..] {
+                let (other_dwell, other_cutting) = of(*dialect);
+                assert!(
+                    (other_dwell - dwell).abs() < 0.05,
+                    "{name} {kind} {}: {dwell} {other_dwell}",
+                    dialect.name()
+                );
+                // Blending is another where G64 P is not known.
+                assert!(
+                    (other_cutting / cutting - 1.0).abs() < 0.02,
+                    "{name} {kind} {}: {cutting} {other_cutting}",
+                    dialect.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_machine_has_its_tests_or_says_why_not() {
+    for preset in presets() {
+        let machine = Machine::preset(preset.name).unwrap();
+        let is_cartesian = machine.kinematics().kind() == "cartesian";
+        for kind in TestKind::ALL {
+            match program(&machine, kind, &options(Dialect::LinuxCnc)) {
+                Ok(text) if is_cartesian => {
+                    Simulation::new(&Program::from_str("test", &text), &machine)
+                        .check()
+                        .unwrap_or_else(|error| panic!("{} {kind}: {error}", preset.name));
+                }
+                // Around the program's zero, where the travel tells nothing: tried by simulating it.
+                Ok(_) => assert!(matches!(kind, TestKind::Circle | TestKind::Ballbar)),
+                Err(error) => {
+                    assert!(!is_cartesian, "{} {kind}: {error}", preset.name);
+                    assert!(error.to_string().contains("one by one"), "{error}");
+                }
+            }
+        }
+    }
+}
+
+/// The lost motion of a simulated machine is its gap and the wind-up of its friction, and the axis
+/// with less gain is behind.
+#[test]
+fn the_ballbar_of_a_simulated_machine_tells_its_gaps() {
+    let quiet = |gap: [f64; 2]| {
+        Machine::preset("bench3")
+            .unwrap()
+            .edit(|machine| {
+                machine.axis("x").gap_um = gap[0];
+                machine.axis("y").gap_um = gap[1];
+            })
+            .unwrap()
+    };
+    let told = |machine: &Machine| {
+        let test = BallbarTest::new(machine, &TestOptions::default()).unwrap();
+        let traces = simulate_ballbar(machine, &test).unwrap();
+        assert!(traces[0].counterclockwise && !traces[1].counterclockwise);
+        let found = sheet(&test.circle, &traces).unwrap();
+        assert!(found.untold.is_empty(), "{:?}", found.untold);
+        [0, 1].map(|axis| found.lost_motion_um[axis].unwrap().value)
+    };
+    let none = told(&quiet([0.0, 0.0]));
+    for gap in [[20.0, 0.0], [0.0, 12.0], [30.0, 15.0]] {
+        let found = told(&quiet(gap));
+        for axis in 0..2 {
+            // Without a gap the wind-up is left; with one it comes on top.
+            let by_gap = found[axis] - none[axis];
+            assert!(
+                (by_gap - gap[axis]).abs() < 0.05 * gap[axis] + 0.3,
+                "{gap:?}: {found:?} {none:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_what_would() {
+    let machine = Machine::preset("vmc3").unwrap();
+    let refused = |kind, options: TestOptions, part: &str| {
+        let error = program(&machine, kind, &options).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    };
+    let usual = TestOptions::default();
+    refused(
+        TestKind::Ballbar,
+        TestOptions {
+            radius_mm: Some(300.0),
+            ..usual
+        },
+        "the largest has 162.4 mm",
+    );
+    refused(
+        TestKind::Ballbar,
+        TestOptions {
+            feed_mm_min: Some(50_000.0),
+            ..usual
+        },
+        "up to ",
+    );
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        refused(
+            TestKind::Circle,
+            TestOptions {
+                radius_mm: Some(bad),
+                ..usual
+            },
+            "radius",
+        );
+        refused(
+            TestKind::Circle,
+            TestOptions {
+                feed_mm_min: Some(bad),
+                ..usual
+            },
+            "mm/min",
+        );
+    }
+    refused(
+        TestKind::Friction,
+        TestOptions {
+            feed_mm_min: Some(500.0),
+            ..usual
+        },
+        "`friction` has none",
+    );
+    refused(TestKind::Ballbar, options(Dialect::Siemens), "Siemens");
+    refused(
+        TestKind::Commission,
+        options(Dialect::Fanuc),
+        "LinuxCNC alone",
+    );
+}
