@@ -29,7 +29,8 @@ mod stepper;
 pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
-pub(crate) use stepper::{Kept, Stepper};
+pub(crate) use outputs::Kept;
+pub(crate) use stepper::Stepper;
 pub use stepper::{TickSink, Ticks};
 
 use crate::error::SimError;

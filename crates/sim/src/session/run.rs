@@ -3,9 +3,10 @@
 
 use super::bank::Variant;
 use super::frame::contour_input;
+use super::outputs::Kept;
 use super::recorder::Recorder;
 use super::rows;
-use super::stepper::{Chunk, Kept, Stepper};
+use super::stepper::{Chunk, Stepper};
 use crate::error::SimError;
 use crate::method::Choice;
 use crate::observer::{Audience, MotorPoint, Observer};
