@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// What is to be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Kind {
+pub(crate) enum PartKind {
     /// Circles of three sizes and two feeds in both senses
     Circle,
     /// Places that are come to from both sides: reversal value B of ISO 230-2
@@ -32,7 +32,7 @@ pub(crate) enum Kind {
 pub(crate) struct Testpart {
     /// What to measure
     #[arg(long = "for", value_enum, value_name = "WHAT")]
-    pub(crate) kind: Kind,
+    pub(crate) kind: PartKind,
     /// Dialect of the control; the machine's, if left out
     #[arg(long, value_name = "NAME", value_parser = dialects())]
     pub(crate) dialect: Option<String>,
@@ -70,11 +70,11 @@ pub(crate) fn run(args: &Testpart, quiet: bool) -> Result<u8, Failure> {
         None => None,
     };
     let kind = match args.kind {
-        Kind::Circle => TestKind::Circle,
-        Kind::Reversal => TestKind::Reversal,
-        Kind::Ballbar => TestKind::Ballbar,
-        Kind::Commission => TestKind::Commission,
-        Kind::Friction => TestKind::Friction,
+        PartKind::Circle => TestKind::Circle,
+        PartKind::Reversal => TestKind::Reversal,
+        PartKind::Ballbar => TestKind::Ballbar,
+        PartKind::Commission => TestKind::Commission,
+        PartKind::Friction => TestKind::Friction,
     };
     let options = TestOptions {
         dialect,

@@ -95,7 +95,7 @@ fn what_is_wrong_is_said_with_its_place() {
         "the angles hardly turn",
     );
     refused(
-        &rows("angle_rad,radius_mm", 0..60),
+        &rows("angle_rad,radius_mm", (0..60).map(|n| 10 * n)),
         &[],
         "line 4: the angle goes on by",
     );

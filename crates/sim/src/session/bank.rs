@@ -1,8 +1,7 @@
 //! All axes of all variants of the machine, stepped side by side.
 
 use super::guard::{Guard, Rehearse};
-use super::outputs::{AxisInfo, Beam, LaneLayout, Outputs};
-use super::stepper::Kept;
+use super::outputs::{AxisInfo, Beam, Kept, LaneLayout, Outputs};
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;

@@ -33,8 +33,9 @@ mod stepper;
 pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
+pub(crate) use outputs::Kept;
 pub(crate) use rehearsal::Rehearser;
-pub(crate) use stepper::{Kept, Stepper};
+pub(crate) use stepper::Stepper;
 pub use stepper::{TickSink, Ticks};
 
 use crate::error::SimError;

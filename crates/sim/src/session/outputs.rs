@@ -63,6 +63,21 @@ impl Beam {
     }
 }
 
+/// What is kept with each chunk.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kept {
+    /// All signals of every axis.
+    pub(crate) trace: bool,
+    /// The motors of so many methods: those of the variants from 1 on.
+    pub(crate) motors: usize,
+    /// What the drives know.
+    pub(crate) learning: bool,
+    /// What limits the motion.
+    pub(crate) limiters: bool,
+    /// Where the machine of a method stops: nothing of it is simulated from the next chunk on.
+    pub(crate) stops: bool,
+}
+
 /// What the rest of the session needs to know of an axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisInfo {

@@ -3,10 +3,11 @@
 
 use super::bank::Variant;
 use super::frame::contour_input;
+use super::outputs::Kept;
 use super::recorder::Recorder;
 use super::rehearsal::Rehearser;
 use super::rows;
-use super::stepper::{Chunk, Kept, Stepper};
+use super::stepper::{Chunk, Stepper};
 use crate::error::SimError;
 use crate::machine::Memory;
 use crate::method::Choice;

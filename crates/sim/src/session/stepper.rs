@@ -10,7 +10,7 @@ use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
 use super::guard::Rehearse;
 use super::monitor::{Monitor, Stop};
-use super::outputs::Outputs;
+use super::outputs::{Kept, Outputs};
 use crate::error::{SimError, SinkError};
 use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};
@@ -140,21 +140,6 @@ pub(crate) struct Stepper {
     pub(crate) peak_velocity: Coords,
     /// Range of each joint.
     pub(crate) range: [Coords; 2],
-}
-
-/// What is kept with each chunk.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Kept {
-    /// All signals of every axis.
-    pub(crate) trace: bool,
-    /// The motors of so many methods: those of the variants from 1 on.
-    pub(crate) motors: usize,
-    /// What the drives know.
-    pub(crate) learning: bool,
-    /// What limits the motion.
-    pub(crate) limiters: bool,
-    /// Where the machine of a method stops: nothing of it is simulated from the next chunk on.
-    pub(crate) stops: bool,
 }
 
 impl Stepper {
