@@ -97,7 +97,7 @@ fn what_is_wrong_is_said_with_its_place() {
     refused(
         &rows("angle_rad,radius_mm", (0..60).map(|n| 10 * n)),
         &[],
-        "line 4: the angle goes on by",
+        "line 3: the angle goes on by",
     );
     refused(
         &good.replace("10.0,", "10.0,-"),
