@@ -13,7 +13,8 @@
 use super::bank::Variant;
 use super::contours::{Contours, Returns};
 use super::guard::Rehearsed;
-use super::stepper::{Kept, Stepper};
+use super::outputs::Kept;
+use super::stepper::Stepper;
 use crate::error::SimError;
 use crate::machine::Memory;
 use crate::method::Choice;
