@@ -130,8 +130,9 @@ impl Sums {
         let mut right = self.right;
         for i in 0..UNKNOWNS {
             if !told[i] {
-                for j in 0..UNKNOWNS {
-                    (matrix[i][j], matrix[j][i]) = (0.0, 0.0);
+                matrix[i].fill(0.0);
+                for row in &mut matrix {
+                    row[i] = 0.0;
                 }
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }
