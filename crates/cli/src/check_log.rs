@@ -154,7 +154,9 @@ fn read(args: &CheckLog, machine: &Machine, quiet: bool) -> Result<PositionLog, 
     let log = read_positions(open(&args.log)?, &name, &options)?;
     // An axis that turns is in degrees, one that does not in millimetres.
     for axis in &log.axes {
-        let turns = machine.axis(axis.axis).map(|axis| axis.is_rotary());
+        let turns = machine
+            .axis(axis.axis)
+            .map(lostmotion::sim::machine::MachineAxis::is_rotary);
         if turns.is_some_and(|turns| turns != axis.is_angle) && args.positions == Positions::Joints
         {
             return Err(Failure::with_hint(

@@ -1,6 +1,7 @@
 //! What was measured on a machine: logs of programs, ballbar's sheets, and the programs to run.
 
 use crate::bench::Bench;
+use lostmotion::base::math;
 
 const PART: &str = "G21 G90 G17 G64 P0.02\nG0 X0 Y0 Z5\nG1 Z0 F600\nG1 X40 F3000\nG1 Y25\nG3 X20 Y45 I-20 J0\nG1 X-10\nG1 X-25 Y10\nG0 Z20\nM2\n";
 
@@ -11,7 +12,7 @@ pub(crate) fn sheet() -> String {
     let back = (0..=720).rev().map(|n| (n, -1.0));
     for (half, sense) in there.chain(back) {
         let deg = 0.5 * f64::from(half);
-        let (sin, cos) = (deg + 0.01 * sense).to_radians().sin_cos();
+        let (sin, cos) = math::sin_cos((deg + 0.01 * sense).to_radians());
         let off_mm = 0.005 * sense * sin.signum() * cos + 100.0 * 40e-6 * sin * cos;
         text += &format!("{deg},{:.5}\n", 100.0 + off_mm);
     }

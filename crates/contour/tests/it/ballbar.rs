@@ -2,7 +2,7 @@
 //! cannot be told is said to be.
 
 use lostmotion_base::random::Random;
-use lostmotion_base::{AxisId, Plane};
+use lostmotion_base::{AxisId, Plane, math};
 use lostmotion_contour::ballbar::{BallbarSheet, BallbarTrace, Explained, sheet};
 use lostmotion_contour::{Circle, RadialPoint};
 
@@ -46,7 +46,7 @@ fn trace(
             to_deg - 0.1 * f64::from(index)
         };
         let angle = (deg + 0.05 * sense).to_radians();
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         let velocity = [-sin * sense, cos * sense];
         let (mut x, mut y) = (RADIUS_MM * cos, RADIUS_MM * sin);
         // Behind the reversal of either axis it sticks for 8 degrees.
@@ -65,7 +65,7 @@ fn trace(
         );
         RadialPoint {
             angle_rad: angle,
-            deviation_mm: x.hypot(y) - RADIUS_MM + stuck + errors.noise * random.normal(),
+            deviation_mm: math::hypot(x, y) - RADIUS_MM + stuck + errors.noise * random.normal(),
         }
     });
     BallbarTrace::new(points.collect())
@@ -159,7 +159,7 @@ fn values_of_the_standard_by_hand() {
             let deg = 0.1 * f64::from(if ccw { tenth } else { 3600 - tenth });
             RadialPoint {
                 angle_rad: deg.to_radians(),
-                deviation_mm: larger + 0.003 * deg.to_radians().cos(),
+                deviation_mm: larger + 0.003 * math::cos(deg.to_radians()),
             }
         });
         BallbarTrace::new(points.collect())
@@ -219,8 +219,8 @@ fn intervals_cover() {
             let [low, high] = found.interval;
             covered += u32::from((low..=high).contains(&truth));
             all += 1;
-            halves[place] += (0.5 * (high - low)).powi(2);
-            errors_of_all[place] += (found.value - truth).powi(2);
+            halves[place] += 0.25 * (high - low) * (high - low);
+            errors_of_all[place] += (found.value - truth) * (found.value - truth);
         }
     }
     let share = f64::from(covered) / f64::from(all);
