@@ -2,8 +2,8 @@
 //! programmed path, and whether it keeps the limits of the machine.
 //!
 //! The record may begin and end anywhere in the program, at any clock, with overrides, feed holds and
-//! pauses ([`locate`]). A limit counts as exceeded where the record proves it, whatever its rounding
-//! and noise ([`rates`]).
+//! pauses (`locate`). A limit counts as exceeded where the record proves it, whatever its rounding
+//! and noise (`rates`).
 
 mod locate;
 mod path;
