@@ -11,6 +11,7 @@
 
 use crate::findings;
 use lostmotion_base::names::did_you_mean;
+use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
 use lostmotion_sim::testpart::BallbarAnswer;
@@ -31,6 +32,8 @@ pub enum Document {
     Time,
     /// Answer of `check-log --format json`.
     CheckLog,
+    /// Answer of `recommend --format json`.
+    Recommend,
     /// Answer of `ballbar --format json`.
     Ballbar,
     /// What is found in a part program: `--diagnostics json`.
@@ -39,11 +42,12 @@ pub enum Document {
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 6] = [
+    pub const ALL: [Document; 7] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
         Document::CheckLog,
+        Document::Recommend,
         Document::Ballbar,
         Document::Findings,
     ];
@@ -55,6 +59,7 @@ impl Document {
             Document::Comparison => "comparison",
             Document::Time => "time",
             Document::CheckLog => "check-log",
+            Document::Recommend => "recommend",
             Document::Ballbar => "ballbar",
             Document::Findings => "findings",
         }
@@ -67,6 +72,7 @@ impl Document {
             Document::Comparison => "simulate --methods NAMES --format json",
             Document::Time => "time --format json",
             Document::CheckLog => "check-log --format json",
+            Document::Recommend => "recommend --format json",
             Document::Ballbar => "ballbar --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
@@ -104,6 +110,7 @@ pub fn schema(document: Document) -> Schema {
         Document::Comparison => of::<Run>(document),
         Document::Time => of::<CycleTime>(document),
         Document::CheckLog => of::<RecordCheck>(document),
+        Document::Recommend => of::<ControlSettings>(document),
         Document::Ballbar => of::<BallbarAnswer>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }

@@ -17,6 +17,7 @@ pub mod motion;
 pub mod observer;
 pub mod options;
 pub mod program;
+pub mod recommend;
 pub mod recorded;
 pub mod results;
 mod session;
