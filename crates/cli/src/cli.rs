@@ -8,6 +8,7 @@ use crate::machine::{self, MachineCommand};
 use crate::method::{self, MethodCommand};
 use crate::output::Failure;
 use crate::parts::check::{Check, Lint, check, lint};
+use crate::parts::compensate::{self, Compensate};
 use crate::parts::gcode::{self, Canon, Explain, FormatPart, GcodeCommand, WritePart};
 use crate::parts::lsp::{self, Lsp};
 use crate::parts::plan::{self, Plan};
@@ -110,6 +111,9 @@ enum Command {
     /// Say what to set on a control for a part program on a machine: its own parameters, what they
     /// leave, and what if the gap was measured wrong
     Recommend(Recommend),
+    /// Rewrite a part program for a control without backlash compensation, so that the tool keeps the
+    /// contour; simulated before it is written
+    Compensate(Compensate),
     /// Run a part program again whenever its files change, with its page for a browser
     Watch(Watch),
     /// Set the answers of several runs side by side: machines, settings or versions of a program
@@ -200,6 +204,7 @@ impl Cli {
             Command::Simulate(args) => simulate::run(args, quiet),
             Command::Compare(args) => simulate::compare(args, quiet),
             Command::Recommend(args) => recommend::run(args, quiet),
+            Command::Compensate(args) => compensate::run(args, quiet),
             Command::Watch(args) => match watch::run(args, quiet)? {},
             Command::Report(args) => report::run(args),
             Command::Time(args) => time::run(args, quiet),

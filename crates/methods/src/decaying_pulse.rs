@@ -110,7 +110,9 @@ impl Registered for DecayingPulse {
         let per_unit = config.transmission.motor_rad_per_unit();
         let time_s = settings.time_ms * 1e-3;
         let of_gap = config.reflected_load().gap_rad / time_s;
-        let height = settings.height_units_s.map_or(of_gap, |told| told * per_unit);
+        let height = settings
+            .height_units_s
+            .map_or(of_gap, |told| told * per_unit);
         let least = settings.least_height_units_s;
         DecayingPulse {
             heights: [height, least.map_or(height, |told| told * per_unit)],

@@ -14,6 +14,7 @@ use lostmotion_base::names::did_you_mean;
 use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
+use lostmotion_sim::rewrite::results::Rewritten;
 use lostmotion_sim::testpart::BallbarAnswer;
 use lostmotion_sim::time::results::CycleTime;
 use schemars::generate::SchemaSettings;
@@ -34,6 +35,8 @@ pub enum Document {
     CheckLog,
     /// Answer of `recommend --format json`.
     Recommend,
+    /// Answer of `compensate --format json`.
+    Compensate,
     /// Answer of `ballbar --format json`.
     Ballbar,
     /// What is found in a part program: `--diagnostics json`.
@@ -42,12 +45,13 @@ pub enum Document {
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 7] = [
+    pub const ALL: [Document; 8] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
         Document::CheckLog,
         Document::Recommend,
+        Document::Compensate,
         Document::Ballbar,
         Document::Findings,
     ];
@@ -60,6 +64,7 @@ impl Document {
             Document::Time => "time",
             Document::CheckLog => "check-log",
             Document::Recommend => "recommend",
+            Document::Compensate => "compensate",
             Document::Ballbar => "ballbar",
             Document::Findings => "findings",
         }
@@ -73,6 +78,7 @@ impl Document {
             Document::Time => "time --format json",
             Document::CheckLog => "check-log --format json",
             Document::Recommend => "recommend --format json",
+            Document::Compensate => "compensate --format json",
             Document::Ballbar => "ballbar --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
@@ -111,6 +117,7 @@ pub fn schema(document: Document) -> Schema {
         Document::Time => of::<CycleTime>(document),
         Document::CheckLog => of::<RecordCheck>(document),
         Document::Recommend => of::<ControlSettings>(document),
+        Document::Compensate => of::<Rewritten>(document),
         Document::Ballbar => of::<BallbarAnswer>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }

@@ -20,6 +20,7 @@ pub mod program;
 pub mod recommend;
 pub mod recorded;
 pub mod results;
+pub mod rewrite;
 mod session;
 mod setup;
 pub mod simulation;

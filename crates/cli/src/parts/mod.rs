@@ -1,7 +1,8 @@
-//! `lostmotion simulate`, `recommend`, `time`, `check`, `plan`, `gcode`, `report`, `watch`, `lsp`: what is done with
+//! `lostmotion simulate`, `recommend`, `compensate`, `time`, `check`, `plan`, `gcode`, `report`, `watch`, `lsp`: what is done with
 //! a part program and with the answers about it.
 
 pub(crate) mod check;
+pub(crate) mod compensate;
 pub(crate) mod gcode;
 pub(crate) mod lsp;
 pub(crate) mod plan;

@@ -131,8 +131,13 @@ fn errors(answer: &ControlSettings, options: &TextOptions) -> String {
         row(format!("true gap {gap}, as set"), &end.after, end.stops);
     }
     for wrong in &answer.wrong {
-        let told = (wrong.misled.factor - 1.0) * 100.0;
-        let what = format!("{} told {:+.0} % wrong", wrong.misled.what.name(), told);
+        let told = percent((wrong.misled.factor - 1.0).abs());
+        let side = if wrong.misled.factor > 1.0 {
+            "large"
+        } else {
+            "small"
+        };
+        let what = format!("{} told {told} too {side}", wrong.misled.what.name());
         row(what, &wrong.cutting, wrong.stops);
     }
     for better in &answer.better {

@@ -212,7 +212,7 @@ pub fn recommend(
     let share = machine
         .axes()
         .iter()
-        .map(|axis| uncertainty(&axis.config, wanted))
+        .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty))
         .fold(0.0, f64::max);
     if share > 0.0 {
         for sign in [-1.0, 1.0] {
@@ -308,15 +308,14 @@ fn refusal(run: &Run) -> String {
     }
 }
 
-fn uncertainty(config: &AxisConfig, wanted: &RecommendOptions) -> f64 {
-    wanted
-        .gap_uncertainty
-        .unwrap_or(config.compensation.gap_uncertainty)
+/// How far off the gap of an axis may be, as a part of it: as told, or as the axis says.
+pub(crate) fn uncertainty(config: &AxisConfig, told: Option<f64>) -> f64 {
+    told.unwrap_or(config.compensation.gap_uncertainty)
 }
 
 /// The machine as set, with its true gaps at an end of their intervals.
 fn with_gaps_at(set: &Machine, machine: &Machine, wanted: &RecommendOptions, sign: f64) -> Machine {
-    let factor = |config: &AxisConfig| 1.0 + sign * uncertainty(config, wanted);
+    let factor = |config: &AxisConfig| 1.0 + sign * uncertainty(config, wanted.gap_uncertainty);
     let mut end = set.clone();
     for (axis, of_set) in machine.axes().iter().zip(set.axes()) {
         let config = with_gap_times(&of_set.config, factor(&axis.config));
@@ -330,7 +329,7 @@ fn with_gaps_at(set: &Machine, machine: &Machine, wanted: &RecommendOptions, sig
 }
 
 /// The axis with a gap of another size.
-fn with_gap_times(config: &AxisConfig, factor: f64) -> AxisConfig {
+pub(crate) fn with_gap_times(config: &AxisConfig, factor: f64) -> AxisConfig {
     let mut load = config.reflected_load();
     load.gap_rad *= factor;
     AxisConfig {
@@ -356,7 +355,8 @@ fn told(machine: &Machine, control: Control, wanted: &RecommendOptions) -> Machi
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
-        let least = gap_units(&config, is_rotary) * (1.0 - uncertainty(&config, wanted));
+        let least =
+            gap_units(&config, is_rotary) * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
         let value = (least / step).round() * step;
         config.compensation.tell_gap(gap_of(value, is_rotary));
         // The least has been taken.

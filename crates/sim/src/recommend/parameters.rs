@@ -580,7 +580,7 @@ fn reprap(p: &mut Parameters, axes: &[ToldAxis]) {
         "-",
         "way over which it is spread, in gaps",
     );
-    p.needs("RepRapFirmware 3.5 or later; not on delta machines");
+    p.needs("RepRapFirmware 3.5 or later; not on delta machines; motors that lose steps need a larger S");
 }
 
 fn smoothie(p: &mut Parameters, axes: &[ToldAxis]) {
