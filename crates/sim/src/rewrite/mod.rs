@@ -315,6 +315,9 @@ fn steps(
             return Err(refuse(line, "the move stands on no line"));
         };
         let odd = text.is_not_plain();
+        if let Some(what) = odd.clone().filter(|_| !rapid) {
+            return Err(refuse(line, what));
+        }
         if let Some(last) = steps.last()
             && last.line >= line
             && !(rapid && last.rapid && last.line == line && odd.is_some())
@@ -323,9 +326,6 @@ fn steps(
                 line,
                 "the line moves more than once: loops, calls and cycles are not rewritten",
             ));
-        }
-        if let Some(what) = odd.filter(|_| !rapid) {
-            return Err(refuse(line, what));
         }
         let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
         let others = AxisId::ALL.iter().filter(|axis| axis.index() >= 3);

@@ -99,7 +99,15 @@ fn units_and_signs_are_those_of_the_control() {
         "N32450 $MA_BACKLASH[0,AX1]=0.04"
     );
     assert_eq!(of(Control::Beckhoff).settings[0].value, "400");
-    assert!(of(Control::RepRapFirmware).paste[0].starts_with("M425 X0.04 Y0.04 Z0.04 S"));
+    assert_eq!(
+        of(Control::Smoothieware).paste[0],
+        "alpha_backlash_mm    0.04    # X"
+    );
+    // Spread over twice the gap it comes late on an arc: told too much it is worse than none.
+    let late = of(Control::RepRapFirmware);
+    let reason = late.refused.unwrap_or_default();
+    assert!(reason.contains("if told a gap 30 % too large"), "{reason}");
+    assert!(late.paste.is_empty() && late.trust.is_some_and(|trust| trust.within.is_some()));
     assert!(of(Control::Marlin).paste[0].starts_with("M425 F1.0 S"));
     assert_eq!(of(Control::GrblHal).paste[1], "$161=0.04");
     for control in [Control::Haas, Control::Klipper, Control::Own] {
@@ -129,14 +137,15 @@ fn a_rewritten_circle_stops_at_each_quadrant_and_keeps_the_contour() {
         new.before,
         new.after
     );
-    // The judge on the original program finds what the run itself says of it.
+    // The judge on the original program finds what the run itself says of it, but for places where
+    // another move is nearer than the present one.
     let run = Simulation::new(&part, &machine)
         .method("none")
         .run()
         .unwrap();
     let own = run.results[0].cutting;
     assert!(
-        (new.before.rms_um / own.rms - 1.0).abs() < 0.02,
+        (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
         "{own:?} {:?}",
         new.before
     );
