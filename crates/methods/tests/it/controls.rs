@@ -1,4 +1,8 @@
 //! Backlash parameters of real controls, against closed forms and the makers' tables.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "expected values from other functions than those under test"
+)]
 
 use lostmotion_drive::config::Gap;
 use lostmotion_drive::signal::BlockMotion;

@@ -3,7 +3,7 @@
 //! Numbers are printed only for parameters whose unit and meaning a primary source of the maker
 //! tells; what is known from elsewhere is named without one.
 
-use super::results::Setting;
+use super::results::ControlSetting;
 use crate::control::Control;
 use lostmotion_drive::config::Gap;
 use lostmotion_methods::AxisConfig;
@@ -27,7 +27,7 @@ pub(super) struct ToldAxis {
 /// What is set, and what has to be true for it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parameters {
-    pub(super) settings: Vec<Setting>,
+    pub(super) settings: Vec<ControlSetting>,
     pub(super) paste: Vec<String>,
     pub(super) preconditions: Vec<String>,
     pub(super) notes: Vec<String>,
@@ -72,7 +72,7 @@ impl Parameters {
         unit: &str,
         meaning: &str,
     ) {
-        self.settings.push(Setting {
+        self.settings.push(ControlSetting {
             name: name.into(),
             axis: axis.to_owned(),
             value,

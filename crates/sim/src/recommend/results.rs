@@ -30,7 +30,7 @@ pub struct ControlSettings {
     /// Why nothing is recommended, if nothing is.
     pub refused: Option<String>,
     /// The parameters.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<ControlSetting>,
     /// The parameters as the control takes them, line by line.
     pub paste: Vec<String>,
     /// What has to be true for them to work as simulated.
@@ -68,7 +68,7 @@ pub struct ControlSettings {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
-pub struct Setting {
+pub struct ControlSetting {
     /// Its name or number in the control's manual.
     pub name: String,
     /// The axis, `Y2` for the second motor of a gantry; empty where it is of the whole control.

@@ -8,39 +8,36 @@
 //! ```text
 //! lines     the program as lines; what cannot be moved is refused by its line      (text.rs)
 //! pieces    moves of the front end, cut at reversals, with the directions on them
-//! new text  end points moved, take-ups put in: as rapids where nothing is cut
-//! judge     the machine's tool on the new program against the contour of the original
+//! writer    end points moved, take-ups put in: as rapids where nothing is cut          (writer.rs)
+//! judge     the machine's tool on the new program against the contour of the original (judge.rs)
 //! ```
 //! The new text is read again and its end points held against the pieces before anything else is
 //! done with it.
 
+mod judge;
 pub mod results;
 mod text;
+mod writer;
 
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::motion::ProgrammedMove;
-use crate::observer::{ContourPoint, Observer};
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::recommend::{uncertainty, with_gap_times};
 use crate::results::HARM_UM;
 use crate::simulation::Simulation;
+use judge::judge;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, math};
-use lostmotion_gcode::Dialect;
 use lostmotion_path::Curve;
 use results::{Leaves, LeavesWith, Rewritten};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use text::{Line, lines, refuse};
+use writer::{LETTERS, new_text};
 
 /// X, Y and Z: the axes that are moved.
 const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
-/// Their letters, and those of centres.
-const LETTERS: [u8; 3] = *b"XYZ";
-const CENTRES: [u8; 3] = *b"IJK";
-/// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
-const DECIMALS: [usize; 2] = [4, 5];
 /// Half the last digit, and rounding, mm.
 const ROUNDING_MM: f64 = 2e-4;
 /// By how much a gap may be off where nobody says; as comparisons test it.
@@ -51,8 +48,6 @@ const LEAST_GAIN: f64 = 0.1;
 const SPIRAL_MM: f64 = 2e-3;
 /// Way of an axis that is none, mm.
 const STILL_MM: f64 = 1e-7;
-/// Moves before and behind the present one that a point may lie on.
-const NEIGHBOURS: usize = 3;
 
 /// How a program is rewritten.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +92,7 @@ pub enum RewriteError {
 
 /// A move of the original program.
 #[derive(Clone, Debug)]
-struct Step {
+struct Original {
     curve: Curve,
     line: usize,
     rapid: bool,
@@ -107,7 +102,7 @@ struct Step {
 
 /// Part of a move on which no axis reverses.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct Stretch {
     start: [f64; 3],
     end: [f64; 3],
     direction: [f64; 3],
@@ -292,8 +287,8 @@ fn steps(
     options: &SimulateOptions,
     lines: &[Line],
     max_moves: usize,
-) -> Result<Vec<Step>, RewriteError> {
-    let mut steps: Vec<Step> = Vec::new();
+) -> Result<Vec<Original>, RewriteError> {
+    let mut steps: Vec<Original> = Vec::new();
     let curves = Simulation::new(program, machine)
         .options(options.clone())
         .curves()?;
@@ -351,7 +346,7 @@ fn steps(
                 .filter(|_| text.is_not_plain().is_none());
             *shift = word.map_or(usual, |value| end.0[axis] - value * text.mm);
         }
-        steps.push(Step {
+        steps.push(Original {
             curve: item.motion.curve,
             line,
             rapid,
@@ -362,7 +357,7 @@ fn steps(
 }
 
 /// A move cut where one of its axes reverses.
-fn pieces(step: &Step) -> Result<Vec<Piece>, RewriteError> {
+fn stretches(step: &Original) -> Result<Vec<Stretch>, RewriteError> {
     let curve = &step.curve;
     let length = curve.length();
     let mut cuts = vec![0.0];
@@ -405,7 +400,7 @@ fn pieces(step: &Step) -> Result<Vec<Piece>, RewriteError> {
                 let moves = (end[axis] - start[axis]).abs() > STILL_MM;
                 if moves { middle[axis].signum() } else { 0.0 }
             });
-            Piece {
+            Stretch {
                 start,
                 end,
                 direction,
@@ -414,293 +409,8 @@ fn pieces(step: &Step) -> Result<Vec<Piece>, RewriteError> {
         .collect())
 }
 
-/// Writes the new program.
-fn new_text(
-    lines: &[Line],
-    steps: &[Step],
-    half: [f64; 3],
-    dialect: Dialect,
-    answer: &mut Rewritten,
-) -> Result<Text, RewriteError> {
-    let mut writer = Writer {
-        out: Text::default(),
-        end: lines
-            .iter()
-            .map(|line| line.end.clone())
-            .find(|end| !end.is_empty())
-            .unwrap_or_else(|| b"\n".to_vec()),
-        semicolon: matches!(dialect, Dialect::Marlin | Dialect::Klipper),
-        half,
-        side: [0.0; 3],
-        commanded: None,
-        was_rapid: true,
-    };
-    let (mut next, mut is_headed) = (0, false);
-    for (index, line) in lines.iter().enumerate() {
-        if !is_headed && !line.is_head() {
-            writer.header(&answer.program, &answer.machine);
-            is_headed = true;
-        }
-        let from = next;
-        while steps.get(next).is_some_and(|step| step.line == index + 1) {
-            next += 1;
-        }
-        match steps.get(from..next).unwrap_or_default() {
-            [] => writer.line(&line.text, None),
-            [step] if line.is_not_plain().is_none() => {
-                writer.step(line, step, from, answer)?;
-            }
-            // Rapids that are left as they are: to a place of the machine.
-            others => {
-                writer.line(&line.text, Some(from));
-                for step in others {
-                    let end = step.curve.end().linear();
-                    writer.out.ends.push((writer.out.steps.len(), end));
-                    writer.commanded = Some(end);
-                    writer.was_rapid = true;
-                }
-            }
-        }
-    }
-    // As the last line of the original ends.
-    if lines.last().is_some_and(|line| line.end.is_empty()) {
-        let cut = writer.out.text.len().saturating_sub(writer.end.len());
-        writer.out.text.truncate(cut);
-    }
-    Ok(writer.out)
-}
-
-/// The new program as it grows.
-struct Writer {
-    out: Text,
-    end: Vec<u8>,
-    semicolon: bool,
-    half: [f64; 3],
-    /// The direction in which each axis went last; 0 before its first.
-    side: [f64; 3],
-    /// Where the machine was sent last, machine coordinates, mm.
-    commanded: Option<[f64; 3]>,
-    was_rapid: bool,
-}
-
-impl Writer {
-    fn line(&mut self, text: &[u8], step: Option<usize>) {
-        self.out.text.extend_from_slice(text);
-        self.out.text.extend_from_slice(&self.end);
-        self.out.steps.push(step);
-    }
-
-    fn remark(&self, text: &str) -> String {
-        let plain = text.replace(['(', ')', ';', '\n', '\r'], " ");
-        if self.semicolon {
-            format!("; {plain}")
-        } else {
-            format!("({plain})")
-        }
-    }
-
-    fn header(&mut self, program: &str, machine: &str) {
-        let [x, y, z] = self.half.map(|half| format!("{half:.4}"));
-        for text in [
-            format!("{program} rewritten by lostmotion {} for machine {machine}", env!("CARGO_PKG_VERSION")),
-            format!("for a control WITHOUT backlash compensation; half gaps in mm: X {x} Y {y} Z {z}"),
-            "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap".to_owned(),
-            "do not run it where the control compensates, nor after a repair of screws or bearings".to_owned(),
-        ] {
-            let text = self.remark(&text);
-            self.line(text.as_bytes(), None);
-        }
-    }
-
-    /// A move with its end point moved, in as many pieces as it has reversals.
-    fn step(
-        &mut self,
-        line: &Line,
-        step: &Step,
-        index: usize,
-        answer: &mut Rewritten,
-    ) -> Result<(), RewriteError> {
-        let pieces = pieces(step)?;
-        if pieces.len() > 1 {
-            answer.arcs_split += 1;
-            if line.has_code_behind_the_move() {
-                return Err(refuse(
-                    step.line,
-                    "the arc has to be cut at its reversals: put the M code or E word on a line of its own",
-                ));
-            }
-        }
-        if line.value(b'P').is_some() && matches!(step.curve, Curve::Arc(_)) {
-            return Err(refuse(
-                step.line,
-                "arcs of several turns (P) are not rewritten",
-            ));
-        }
-        for (number, piece) in pieces.iter().enumerate() {
-            for (side, direction) in self.side.iter_mut().zip(piece.direction) {
-                if direction != 0.0 {
-                    *side = direction;
-                }
-            }
-            let offset: [f64; 3] = std::array::from_fn(|axis| self.side[axis] * self.half[axis]);
-            let start: [f64; 3] = std::array::from_fn(|axis| piece.start[axis] + offset[axis]);
-            let end: [f64; 3] = std::array::from_fn(|axis| piece.end[axis] + offset[axis]);
-            let mut code_needed = number > 0;
-            if !step.rapid && self.take_up(line, step, index, start, answer) {
-                code_needed = true;
-            }
-            self.piece(
-                line,
-                step,
-                index,
-                number,
-                [start, end],
-                pieces.len() > 1,
-                code_needed,
-            );
-        }
-        self.was_rapid = step.rapid;
-        Ok(())
-    }
-
-    /// Moves the axes whose gap has to be crossed before a piece; whether there is one.
-    fn take_up(
-        &mut self,
-        line: &Line,
-        step: &Step,
-        index: usize,
-        start: [f64; 3],
-        answer: &mut Rewritten,
-    ) -> bool {
-        let from = self
-            .commanded
-            .unwrap_or_else(|| step.curve.start().linear());
-        let moved: Vec<usize> = (0..3)
-            .filter(|axis| (start[*axis] - from[*axis]).abs() > ROUNDING_MM)
-            .collect();
-        if moved.is_empty() {
-            return false;
-        }
-        let rapid = self.was_rapid;
-        let mut text = if rapid {
-            "G0".to_owned()
-        } else {
-            "G1".to_owned()
-        };
-        let mut names = Vec::new();
-        for axis in moved {
-            let letter = char::from(LETTERS[axis]);
-            text.push_str(&format!(
-                " {letter}{}",
-                number(start[axis] - step.shift[axis], line.mm)
-            ));
-            names.push(letter.to_string());
-        }
-        if let Some(feed) = line.feed.as_ref().filter(|_| !rapid) {
-            text.push_str(&format!(" {feed}"));
-        }
-        let remark = self.remark(&format!("backlash of {}", names.join(" ")));
-        text.push_str(&format!(" {remark}"));
-        self.line(text.as_bytes(), Some(index));
-        self.out.ends.push((self.out.steps.len(), start));
-        if rapid {
-            answer.in_the_air += 1;
-        } else {
-            answer.within_cuts += 1;
-        }
-        self.commanded = Some(start);
-        // What follows is a cut; a rapid that took up is no cut.
-        self.was_rapid = false;
-        true
-    }
-
-    fn piece(
-        &mut self,
-        line: &Line,
-        step: &Step,
-        index: usize,
-        piece: usize,
-        [start, end]: [[f64; 3]; 2],
-        is_split: bool,
-        code_needed: bool,
-    ) {
-        let from = self
-            .commanded
-            .unwrap_or_else(|| step.curve.start().linear());
-        let mut words: Vec<(u8, String)> = Vec::new();
-        let code = match &step.curve {
-            _ if step.rapid => "0",
-            Curve::Arc(arc) => {
-                let [first, second, _] = step.curve.plane().axes();
-                let (start, tangent) = (step.curve.start().linear(), step.curve.tangent(0.0));
-                let [x, y] = [
-                    start[first] - arc.center()[0],
-                    start[second] - arc.center()[1],
-                ];
-                // The plane's axes are right-handed in their order: as G2 and G3 count.
-                if x * tangent[second] - y * tangent[first] > 0.0 {
-                    "3"
-                } else {
-                    "2"
-                }
-            }
-            _ => "1",
-        };
-        if code_needed && (piece > 0 || !line.has_motion()) {
-            words.push((b'G', code.to_owned()));
-        }
-        for axis in 0..3 {
-            let is_there = piece == 0 && line.value(LETTERS[axis]).is_some();
-            if is_there
-                || is_split && (end[axis] - start[axis]).abs() > STILL_MM
-                || (end[axis] - from[axis]).abs() > ROUNDING_MM
-            {
-                words.push((LETTERS[axis], number(end[axis] - step.shift[axis], line.mm)));
-            }
-        }
-        if let Curve::Arc(arc) = &step.curve {
-            if let Some(radius) = line.value(b'R') {
-                if is_split {
-                    words.push((b'R', number(radius.abs() * line.mm, line.mm)));
-                }
-            } else if is_split {
-                let axes = step.curve.plane().axes();
-                // The centre goes with the piece.
-                for (axis, center) in axes.into_iter().zip(arc.center()) {
-                    let side = self.side[axis] * self.half[axis];
-                    words.push((CENTRES[axis], number(center + side - start[axis], line.mm)));
-                }
-            }
-        }
-        let text = if piece == 0 {
-            line.with(&words)
-        } else {
-            let mut text = String::new();
-            for (letter, value) in &words {
-                text.push_str(&format!("{}{value} ", char::from(*letter)));
-            }
-            text.trim_end().to_owned().into_bytes()
-        };
-        self.line(&text, Some(index));
-        self.out.ends.push((self.out.steps.len(), end));
-        self.commanded = Some(end);
-    }
-}
-
-/// A number of mm in a program's unit, with a point.
-fn number(value_mm: f64, mm: f64) -> String {
-    let decimals = DECIMALS[usize::from(mm > 1.0)];
-    let text = format!("{:.decimals$}", value_mm / mm);
-    let cut = text.trim_end_matches('0');
-    if cut == "-0." {
-        "0.".to_owned()
-    } else {
-        cut.to_owned()
-    }
-}
-
 /// Which original move each line of the original is on.
-fn original_lines(lines: &[Line], steps: &[Step]) -> Vec<Option<usize>> {
+fn original_lines(lines: &[Line], steps: &[Original]) -> Vec<Option<usize>> {
     let mut of_lines = vec![None; lines.len()];
     for (index, step) in steps.iter().enumerate() {
         if let Some(of_line) = of_lines.get_mut(step.line - 1) {
@@ -739,79 +449,4 @@ fn read_again(
         }
     }
     Ok(())
-}
-
-/// How far the tool is off the original contour, the duration, and why the machine stops.
-fn judge(
-    program: &Program,
-    machine: &Machine,
-    options: &SimulateOptions,
-    steps: &[Step],
-    of_lines: &[Option<usize>],
-) -> Result<(Leaves, f64, Option<String>), RewriteError> {
-    let mut judge = Judge {
-        steps,
-        of_lines,
-        squares: 0.0,
-        count: 0,
-        max: 0.0,
-    };
-    let run = Simulation::new(program, machine)
-        .method("none")
-        .options(options.clone())
-        .observer(&mut judge)
-        .run()?;
-    let stop = run.first().and_then(|result| result.stop.as_ref());
-    let stop = stop.map(|stop| format!("line {}: {}", stop.block.span.line, stop.limit));
-    let leaves = Leaves {
-        max_um: judge.max * UM_PER_MM,
-        rms_um: (judge.squares / judge.count.max(1) as f64).sqrt() * UM_PER_MM,
-    };
-    Ok((leaves, run.plan.duration_s, stop))
-}
-
-/// Measures each point of a cut against the moves of the original around it.
-struct Judge<'a> {
-    steps: &'a [Step],
-    of_lines: &'a [Option<usize>],
-    squares: f64,
-    count: u64,
-    max: f64,
-}
-
-impl Observer for Judge<'_> {
-    fn wants_contour(&self) -> bool {
-        true
-    }
-
-    fn contour(&mut self, _method: usize, points: &[ContourPoint]) {
-        for point in points.iter().filter(|point| point.moving && !point.rapid) {
-            let line = point.block.span.line as usize;
-            let index = line
-                .checked_sub(1)
-                .and_then(|line| self.of_lines.get(line).copied().flatten());
-            let Some(index) = index else { continue };
-            let shift = self.steps.get(index).map_or([0.0; 3], |step| step.shift);
-            let at: [f64; 3] = std::array::from_fn(|axis| point.actual_mm[axis] + shift[axis]);
-            let around =
-                index.saturating_sub(NEIGHBOURS)..self.steps.len().min(index + NEIGHBOURS + 1);
-            let distance = self
-                .steps
-                .get(around)
-                .unwrap_or_default()
-                .iter()
-                .filter(|step| !step.rapid)
-                .map(|step| {
-                    step.curve
-                        .nearest(at, (0.0, step.curve.length()), 1e-6)
-                        .distance
-                })
-                .fold(f64::INFINITY, f64::min);
-            if distance.is_finite() {
-                self.squares += distance * distance;
-                self.count += 1;
-                self.max = self.max.max(distance);
-            }
-        }
-    }
 }
