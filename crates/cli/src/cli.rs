@@ -51,6 +51,7 @@ const HEADINGS: [(&str, &[&str]); 5] = [
         &[
             "simulate",
             "recommend",
+            "compensate",
             "watch",
             "report",
             "time",
@@ -111,8 +112,8 @@ enum Command {
     /// Say what to set on a control for a part program on a machine: its own parameters, what they
     /// leave, and what if the gap was measured wrong
     Recommend(Recommend),
-    /// Rewrite a part program for a control without backlash compensation, so that the tool keeps the
-    /// contour; simulated before it is written
+    /// Rewrite a part program for a control without backlash compensation; the tool then keeps the
+    /// contour, as is simulated before anything is written
     Compensate(Compensate),
     /// Run a part program again whenever its files change, with its page for a browser
     Watch(Watch),
