@@ -8,9 +8,11 @@ use crate::machine::{self, MachineCommand};
 use crate::method::{self, MethodCommand};
 use crate::output::Failure;
 use crate::parts::check::{Check, Lint, check, lint};
+use crate::parts::compensate::{self, Compensate};
 use crate::parts::gcode::{self, Canon, Explain, FormatPart, GcodeCommand, WritePart};
 use crate::parts::lsp::{self, Lsp};
 use crate::parts::plan::{self, Plan};
+use crate::parts::recommend::{self, Recommend};
 use crate::parts::report::{self, Report};
 use crate::parts::simulate::{self, Compare, Simulate};
 use crate::parts::time::{self, Time};
@@ -47,7 +49,16 @@ const HEADINGS: [(&str, &[&str]); 5] = [
     (
         "Parts",
         &[
-            "simulate", "watch", "report", "time", "check", "plan", "gcode", "lsp",
+            "simulate",
+            "recommend",
+            "compensate",
+            "watch",
+            "report",
+            "time",
+            "check",
+            "plan",
+            "gcode",
+            "lsp",
         ],
     ),
     ("Machines and methods", &["machine", "method"]),
@@ -98,6 +109,12 @@ enum Command {
     /// Run a part program on a machine: contour error against a tolerance, with the blocks that
     /// cause it; several compensation methods side by side with --methods
     Simulate(Simulate),
+    /// Say what to set on a control for a part program on a machine: its own parameters, what they
+    /// leave, and what if the gap was measured wrong
+    Recommend(Recommend),
+    /// Rewrite a part program for a control without backlash compensation; the tool then keeps the
+    /// contour, as is simulated before anything is written
+    Compensate(Compensate),
     /// Run a part program again whenever its files change, with its page for a browser
     Watch(Watch),
     /// Set the answers of several runs side by side: machines, settings or versions of a program
@@ -187,6 +204,8 @@ impl Cli {
         match &mut self.command {
             Command::Simulate(args) => simulate::run(args, quiet),
             Command::Compare(args) => simulate::compare(args, quiet),
+            Command::Recommend(args) => recommend::run(args, quiet),
+            Command::Compensate(args) => compensate::run(args, quiet),
             Command::Watch(args) => match watch::run(args, quiet)? {},
             Command::Report(args) => report::run(args),
             Command::Time(args) => time::run(args, quiet),

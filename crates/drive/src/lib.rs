@@ -38,7 +38,9 @@ pub use config::{AxisConfig, AxisConfigError};
 pub use error::AxisError;
 pub use learned::{GapReading, Learned, Learning, ReadingVerdict};
 pub use runner::{AxisOutput, AxisRunner, CurrentLoop, Monitored, Seen, TwinStep};
-pub use signal::{AxisSample, Correction, Engagement, MotorSample, Reference, Setpoint, Signals};
+pub use signal::{
+    AxisSample, BlockMotion, Correction, Engagement, MotorSample, Reference, Setpoint, Signals,
+};
 pub use sim::{AxisSim, AxisState};
 pub use start::AxisStart;
 pub use tied::{Tie, TiedAxes};

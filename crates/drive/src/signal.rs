@@ -15,6 +15,18 @@ pub struct Setpoint {
     /// (cutting), N, or N m at a rotary load. It acts over the period that the push of this
     /// setpoint simulates; none for a load that is left alone.
     pub load_force: Option<f64>,
+    /// The block of the program that moves the axis, where the control sends it along. It comes with
+    /// the command: ahead of the reference by the delay of the spline.
+    pub block: Option<BlockMotion>,
+}
+
+/// What a control knows of the block that it carries out and a position does not show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BlockMotion {
+    /// Whether it is rapid traverse (G0).
+    pub rapid: bool,
+    /// Speed along the path of all axes, mm/s.
+    pub path_speed_mm_s: f64,
 }
 
 impl Setpoint {
@@ -25,6 +37,7 @@ impl Setpoint {
             velocity: Some(velocity),
             acceleration: Some(acceleration),
             load_force: None,
+            block: None,
         }
     }
 }
@@ -141,6 +154,8 @@ pub struct Signals {
     pub mean_current: f64,
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
+    /// The block that is carried out, where the control tells it.
+    pub block: Option<BlockMotion>,
     /// Load position from its scale, rad at the motor shaft; only for methods whose
     /// `Knowledge::load_scale` is set and machines that have one.
     pub load_position: Option<f64>,

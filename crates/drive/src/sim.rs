@@ -8,7 +8,9 @@ use crate::plant::{Drifting, Plant, PlantParams, PlantStart, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
-use crate::signal::{AxisSample, Correction, MotorSample, Reference, Setpoint, Signals};
+use crate::signal::{
+    AxisSample, BlockMotion, Correction, MotorSample, Reference, Setpoint, Signals,
+};
 use crate::start::AxisStart;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -45,6 +47,8 @@ struct Taken {
     references: Vec<Reference>,
     /// Torque of its force on the load, N m at the motor.
     load_torque: f64,
+    /// Its block.
+    block: Option<BlockMotion>,
 }
 
 impl Taken {
@@ -162,7 +166,9 @@ impl<C: Compensator> AxisSim<C> {
         };
         let [direct, quadrature] = [state.plant.current_d, state.plant.current_q];
         out.current_squares += direct * direct + quadrature * quadrature;
-        let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
+        let references = [reference, next_reference];
+        let signals = model.signals(references, self.setpoint.block, &seen);
+        let correction = model.correct(&mut state.compensator, &signals);
         out.correction = correction.position + correction.feedback;
         // the sample shows the axis before this tick's command has any effect
         out.load
@@ -251,6 +257,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let (spline, state) = (&self.model.spline, &self.state.spline);
         let count = self.model.servo_ticks;
         self.setpoint.load_torque = load_torque;
+        self.setpoint.block = setpoint.block;
         // one more than the ticks: feed-forward looks a tick ahead
         self.setpoint.references.clear();
         self.setpoint
@@ -287,7 +294,9 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
 
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        let signals = self.model.signals([reference, next], seen);
+        let signals = self
+            .model
+            .signals([reference, next], self.setpoint.block, seen);
         let twin = self
             .model
             .compensator
@@ -301,7 +310,9 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
 
     fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        let signals = self.model.signals([reference, next], seen);
+        let signals = self
+            .model
+            .signals([reference, next], self.setpoint.block, seen);
         usable(
             self.model
                 .compensator
@@ -358,8 +369,14 @@ struct Model<C> {
 impl<C: Compensator> Model<C> {
     /// What a compensator sees.
     #[inline]
-    fn signals(&self, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Signals {
+    fn signals(
+        &self,
+        [reference, next_reference]: [Reference; 2],
+        block: Option<BlockMotion>,
+        seen: &Seen,
+    ) -> Signals {
         Signals {
+            block,
             reference,
             next_reference,
             motor_position: seen.motor_position,
@@ -377,11 +394,8 @@ impl<C: Compensator> Model<C> {
 
     /// What the compensator answers; without its output if a drive could not act on that.
     #[inline]
-    fn correct(&self, state: &mut C::State, references: [Reference; 2], seen: &Seen) -> Correction {
-        usable(
-            self.compensator
-                .step(state, &self.signals(references, seen)),
-        )
+    fn correct(&self, state: &mut C::State, signals: &Signals) -> Correction {
+        usable(self.compensator.step(state, signals))
     }
 }
 

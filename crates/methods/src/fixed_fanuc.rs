@@ -3,18 +3,19 @@
 //!
 //! ```text
 //! s       sign of w_ref; |w_ref| <= 1e-6 rad/s keeps the last one
-//! rapid   becomes true where |w_ref| exceeds a threshold, rad/s; false again at the next reversal or standstill
+//! rapid   whether the block is G00, where the control sends it along; else it becomes true where |w_ref|
+//!         exceeds a threshold, rad/s, and false again at the next reversal or standstill
 //! target  s A/2 while cutting, s B/2 in rapid, rad; along 3 u^2 - 2 u^3 over the ramp time
 //! ```
 //! A and B are total gaps. A reversal while cutting moves the motor by A, one from cutting to rapid
 //! by (A + B)/2, and a change between cutting and rapid in one direction by (B - A)/2: the table of
 //! the control's manual.
 //!
-//! Signals: reference velocity, rad/s. Settings: both amounts (um, mdeg or motor rad; B is A if
-//! left out), the speed above which a motion counts as rapid (axis unit per s), ramp time (ms). A
-//! Fanuc control knows from the block whether it is G00. The drive here does not; the threshold
-//! stands in for it. A rapid stroke counts as cutting until it is fast enough, and cutting faster
-//! than the threshold counts as rapid: set it between the fastest cutting feed and the rapid speed.
+//! Signals: reference velocity, rad/s; the kind of the block. Settings: both amounts (um, mdeg or
+//! motor rad; B is A if left out), the speed above which a motion counts as rapid where no control
+//! tells it (axis unit per s), ramp time (ms). Part programs tell it; an axis that runs alone does
+//! not. There a rapid stroke counts as cutting until it is fast enough, and cutting faster than the
+//! threshold counts as rapid: set it between the fastest cutting feed and the rapid speed.
 //!
 //! Fails: as `fixed`. Two amounts help where wind-up or overshoot differ between slow and fast
 //! reversals. They do not help where the load coasts.
@@ -40,7 +41,8 @@ pub struct FixedFanucSettings {
     /// Total gap for rapid traverse (parameter 1852); that for cutting if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rapid: Option<Gap>,
-    /// Speed of the axis from which on a motion counts as rapid: mm, deg or rad per s.
+    /// Speed of the axis from which on a motion counts as rapid where no block tells it: mm, deg or
+    /// rad per s.
     pub rapid_above_units_s: f64,
     /// Time over which the correction goes from one amount to another, ms.
     pub ramp_ms: f64,
@@ -146,7 +148,13 @@ impl Compensator for FixedFanuc {
         let direction = direction(signals.reference.velocity, state.direction);
         // hysteresis: a rapid stroke stays one while it slows down, until it reverses or stands
         let ends = direction != state.direction || speed <= STANDING_RAD_S;
-        let rapid = speed > self.rapid_above || (state.rapid && !ends);
+        let by_speed = || speed > self.rapid_above || (state.rapid && !ends);
+        let rapid = match signals.block {
+            // At rest the amount in force stays until the axis moves again.
+            Some(_) if speed <= STANDING_RAD_S => state.rapid,
+            Some(block) => block.rapid,
+            None => by_speed(),
+        };
         // a new target: the ramp starts from the present offset
         if (direction, rapid) != (state.direction, state.rapid) {
             (state.direction, state.rapid) = (direction, rapid);

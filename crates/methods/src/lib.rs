@@ -154,6 +154,13 @@ methods! {
     iterative_learning(IterativeLearningSettings): IterativeLearning;
     fitted_lookup(FittedLookupSettings): FittedLookup;
     adaptive(AdaptiveSettings): Adaptive;
+    actual_value(ActualValueSettings): ActualValue;
+    fixed_isg(FixedIsgSettings): FixedIsg;
+    fixed_by_travel(FixedByTravelSettings): FixedByTravel;
+    fixed_mach3(FixedMach3Settings): FixedMach3;
+    fixed_mitsubishi(FixedMitsubishiSettings): FixedMitsubishi;
+    decaying_pulse(DecayingPulseSettings): DecayingPulse;
+    friction_torque(FrictionTorqueSettings): FrictionTorque;
 }
 
 impl MethodId {

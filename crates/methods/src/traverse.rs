@@ -16,6 +16,7 @@
 //! ```
 //! The velocity is continuous; the acceleration jumps by `6 (target - from)/T^2` at both ends.
 
+use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
 /// A traverse under way, or done.
@@ -174,6 +175,26 @@ impl Ramp {
     /// Whether it has arrived.
     pub(super) fn done(&self) -> bool {
         self.progress >= 1.0
+    }
+
+    /// Its offset on the way to a target in a straight line, rad.
+    pub(super) fn straight_towards(&self, target: f64) -> f64 {
+        self.along(target, self.progress)
+    }
+
+    /// Its offset on the way to a target along sin2 of a quarter turn, rad.
+    pub(super) fn sin2_towards(&self, target: f64) -> f64 {
+        let sine = math::sin(std::f64::consts::FRAC_PI_2 * self.progress);
+        self.along(target, sine * sine)
+    }
+
+    /// Exactly the target where the whole way is done.
+    fn along(&self, target: f64, part: f64) -> f64 {
+        if self.done() {
+            target
+        } else {
+            self.from + (target - self.from) * part
+        }
     }
 
     /// Its offset on the way to a target, rad.

@@ -105,11 +105,13 @@ const KEYS: &[(&str, Keep)] = &[
     ("p99", Keep::Inherit),
     ("p999", Keep::Inherit),
     // errors: um and mdeg
+    ("after", Keep::Error),
     ("allowed", Keep::Error),
     ("allowed_um", Keep::Error),
     ("apart_rms_um", Keep::Error),
     ("backlash", Keep::Error),
     ("backlash_um", Keep::Error),
+    ("before", Keep::Error),
     ("bow_limit_um", Keep::Error),
     ("center_um", Keep::Error),
     ("command", Keep::Error),

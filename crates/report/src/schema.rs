@@ -11,8 +11,10 @@
 
 use crate::findings;
 use lostmotion_base::names::did_you_mean;
+use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
+use lostmotion_sim::rewrite::results::Rewritten;
 use lostmotion_sim::testpart::BallbarAnswer;
 use lostmotion_sim::time::results::CycleTime;
 use schemars::generate::SchemaSettings;
@@ -31,6 +33,10 @@ pub enum Document {
     Time,
     /// Answer of `check-log --format json`.
     CheckLog,
+    /// Answer of `recommend --format json`.
+    Recommend,
+    /// Answer of `compensate --format json`.
+    Compensate,
     /// Answer of `ballbar --format json`.
     Ballbar,
     /// What is found in a part program: `--diagnostics json`.
@@ -39,11 +45,13 @@ pub enum Document {
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 6] = [
+    pub const ALL: [Document; 8] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
         Document::CheckLog,
+        Document::Recommend,
+        Document::Compensate,
         Document::Ballbar,
         Document::Findings,
     ];
@@ -55,6 +63,8 @@ impl Document {
             Document::Comparison => "comparison",
             Document::Time => "time",
             Document::CheckLog => "check-log",
+            Document::Recommend => "recommend",
+            Document::Compensate => "compensate",
             Document::Ballbar => "ballbar",
             Document::Findings => "findings",
         }
@@ -67,6 +77,8 @@ impl Document {
             Document::Comparison => "simulate --methods NAMES --format json",
             Document::Time => "time --format json",
             Document::CheckLog => "check-log --format json",
+            Document::Recommend => "recommend --format json",
+            Document::Compensate => "compensate --format json",
             Document::Ballbar => "ballbar --format json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
@@ -104,6 +116,8 @@ pub fn schema(document: Document) -> Schema {
         Document::Comparison => of::<Run>(document),
         Document::Time => of::<CycleTime>(document),
         Document::CheckLog => of::<RecordCheck>(document),
+        Document::Recommend => of::<ControlSettings>(document),
+        Document::Compensate => of::<Rewritten>(document),
         Document::Ballbar => of::<BallbarAnswer>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }

@@ -87,20 +87,31 @@ impl Control {
         }
     }
 
+    /// Other names of controls on command lines: what their users say.
+    pub const ALIASES: [(&'static str, Control); 6] = [
+        ("sinumerik", Control::Siemens),
+        ("twincat", Control::Beckhoff),
+        ("isg", Control::Beckhoff),
+        ("rrf", Control::RepRapFirmware),
+        ("smoothie", Control::Smoothieware),
+        ("tnc", Control::Heidenhain),
+    ];
+
     /// The names of the methods that it has, besides `none`.
-    const fn methods(self) -> &'static [&'static str] {
+    pub(crate) const fn methods(self) -> &'static [&'static str] {
         match self {
             Control::Fanuc => &["fixed-fanuc", "reversal-pulse"],
-            Control::Siemens | Control::Heidenhain | Control::Mitsubishi | Control::Fagor => {
-                &["fixed", "reversal-pulse"]
-            }
+            Control::Siemens => &["actual-value", "decaying-pulse"],
+            Control::Heidenhain => &["actual-value", "reversal-pulse"],
+            Control::Mitsubishi => &["fixed-mitsubishi", "friction-torque"],
+            Control::Fagor => &["fixed", "decaying-pulse"],
+            Control::Beckhoff => &["fixed-isg"],
             Control::LinuxCnc => &["fixed-linuxcnc"],
-            Control::Beckhoff
-            | Control::Mach3
-            | Control::GrblHal
-            | Control::Marlin
-            | Control::RepRapFirmware
-            | Control::Smoothieware => &["fixed"],
+            Control::Mach3 => &["fixed-mach3"],
+            Control::GrblHal => &["fixed"],
+            Control::Marlin | Control::RepRapFirmware | Control::Smoothieware => {
+                &["fixed-by-travel"]
+            }
             Control::Klipper | Control::Haas | Control::Own => &[],
         }
     }
@@ -142,10 +153,14 @@ impl FromStr for Control {
         let found = Control::ALL
             .into_iter()
             .find(|control| control.name() == name);
-        found.ok_or_else(|| UnknownControl {
-            name: name.to_owned(),
-            hint: did_you_mean(name, &Control::ALL.map(Control::name)),
-        })
+        let mut aliases = Control::ALIASES.iter();
+        let alias = aliases.find(|(alias, _)| *alias == name);
+        found
+            .or(alias.map(|(_, control)| *control))
+            .ok_or_else(|| UnknownControl {
+                name: name.to_owned(),
+                hint: did_you_mean(name, &Control::ALL.map(Control::name)),
+            })
     }
 }
 

@@ -56,6 +56,23 @@ impl Choice {
         }
     }
 
+    /// A registered method with its settings changed on each axis.
+    pub(crate) fn set(
+        name: String,
+        method: MethodId,
+        change: impl Fn(&mut AxisConfig) + Send + Sync + 'static,
+    ) -> Choice {
+        Choice::Own {
+            name,
+            build: Arc::new(move |config, start| {
+                let mut config = config.clone();
+                change(&mut config);
+                build_runner(&config, method, start)
+            }),
+            needs_load_scale: method.needs_load_scale(),
+        }
+    }
+
     /// An axis with the compensator, standing still at a place (the axis' unit).
     pub(crate) fn runner(
         &self,

@@ -118,6 +118,12 @@ impl<'a> Simulation<'a> {
         self
     }
 
+    /// Adds a method with settings of its own.
+    pub(crate) fn choice(mut self, choice: Choice) -> Simulation<'a> {
+        self.choices.push(Ok(choice));
+        self
+    }
+
     /// Kinematics of one's own in place of the machine's. When X Y Z are the tool's tip stays as
     /// the machine says it (`kinematics.tip_control`).
     pub fn kinematics(mut self, kinematics: impl Kinematics + 'static) -> Simulation<'a> {

@@ -1,10 +1,12 @@
-//! `lostmotion simulate`, `time`, `check`, `plan`, `gcode`, `report`, `watch`, `lsp`: what is done with
+//! `lostmotion simulate`, `recommend`, `compensate`, `time`, `check`, `plan`, `gcode`, `report`, `watch`, `lsp`: what is done with
 //! a part program and with the answers about it.
 
 pub(crate) mod check;
+pub(crate) mod compensate;
 pub(crate) mod gcode;
 pub(crate) mod lsp;
 pub(crate) mod plan;
+pub(crate) mod recommend;
 mod record;
 pub(crate) mod report;
 mod serve;

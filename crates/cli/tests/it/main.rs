@@ -18,6 +18,7 @@ mod machines;
 mod measured;
 mod reference;
 mod setpoints;
+mod settings;
 mod studies;
 mod surface;
 mod texts;

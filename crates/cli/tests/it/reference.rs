@@ -346,6 +346,32 @@ fn documents_follow_their_published_schemas() {
             &["check-log", "log.csv", "circle.ngc", "--format", "json"],
         ),
         (
+            "recommend",
+            0,
+            &[
+                "recommend",
+                "circle.ngc",
+                "--for",
+                "linuxcnc",
+                "--gap-uncertainty",
+                "10",
+                "--format",
+                "json",
+            ],
+        ),
+        (
+            "compensate",
+            0,
+            &[
+                "compensate",
+                "circle.ngc",
+                "--out",
+                "new.ngc",
+                "--format",
+                "json",
+            ],
+        ),
+        (
             "ballbar",
             0,
             &["ballbar", "bar.csv", "-m", "vmc3", "--format", "json"],

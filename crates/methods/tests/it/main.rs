@@ -9,6 +9,7 @@
 mod adaptive;
 mod batch;
 mod compensators;
+mod controls;
 mod drift;
 mod filters;
 mod fitted_lookup;

@@ -161,6 +161,7 @@ impl<R: Read> SetpointReader<R> {
             velocity,
             acceleration,
             load_force,
+            ..Setpoint::default()
         }))
     }
 

@@ -11,7 +11,8 @@ use lostmotion_base::{Clock, Coords};
 use lostmotion_contour::ContourTracker;
 use lostmotion_drive::config::{Load, Reflected};
 use lostmotion_drive::{
-    AxisBatch, AxisError, AxisOutput, AxisRunner, Learned, Learning, Setpoint, Tie, TiedAxes,
+    AxisBatch, AxisError, AxisOutput, AxisRunner, BlockMotion, Learned, Learning, Setpoint, Tie,
+    TiedAxes,
 };
 use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
@@ -356,6 +357,17 @@ impl Bank {
         outputs: &mut Outputs,
         path: (&ContourTracker, &Modes),
     ) -> Result<(), SimError> {
+        let blocks: Vec<BlockMotion> = samples
+            .iter()
+            .map(|sample| BlockMotion {
+                // A segment that is not known any more has been left behind at rest.
+                rapid: path
+                    .0
+                    .segment(sample.segment)
+                    .is_some_and(|segment| segment.rapid),
+                path_speed_mm_s: sample.path_speed,
+            })
+            .collect();
         // Joint units of the plan to axis units, with the load's share of the cutting force.
         for (info, setpoints) in self.layout.axes.iter().zip(&mut self.setpoints) {
             setpoints.clear();
@@ -369,6 +381,7 @@ impl Bank {
                 );
                 Setpoint {
                     load_force,
+                    block: blocks.get(n).copied(),
                     ..moving
                 }
             }));

@@ -26,6 +26,7 @@ mod random_five_axis;
 mod recorded;
 mod robot_joint;
 mod sample_parts;
+mod settings;
 mod splines;
 mod split;
 mod stops;

@@ -1,0 +1,502 @@
+//! What to set on a control: the parameters that it has, and what they do to a program.
+//!
+//! ```text
+//! 1  every way in which the control can be set, on one plan beside no compensation     the amounts that are best
+//! 2  the best of them, told right and told wrong, beside what other controls could do   what is left, is it safe
+//! 3  the same with the true gap at either end of its interval                           how sure that is
+//! ```
+//! Which is best, and what is safe, is the law of every comparison (the session's advice). Values are
+//! rounded to what the control takes before they are simulated, so the printed setting is the
+//! simulated one.
+
+mod parameters;
+pub mod results;
+
+use crate::control::Control;
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::method::Choice;
+use crate::options::SimulateOptions;
+use crate::program::Program;
+use crate::results::{ErrorStats, Run};
+use crate::simulation::Simulation;
+use lostmotion_base::units::deg;
+use lostmotion_drive::config::{AxisUnit, Load};
+use lostmotion_methods::{AxisConfig, MethodId};
+use parameters::{ToldAxis, gap_of, parameters, step, unknown};
+use results::{Better, ControlSettings, GapEnd, SETTINGS_SCHEMA_VERSION};
+use std::sync::Arc;
+
+/// What is asked for besides the control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecommendOptions {
+    /// How far off the gap of the machine description may be, as a part of it, below 1; as each axis
+    /// says (`compensation.gap_uncertainty`) if `None`.
+    pub gap_uncertainty: Option<f64>,
+    /// Detection unit of a Fanuc control, um.
+    pub detection_unit_um: f64,
+}
+
+impl Default for RecommendOptions {
+    fn default() -> RecommendOptions {
+        RecommendOptions {
+            gap_uncertainty: None,
+            detection_unit_um: 1.0,
+        }
+    }
+}
+
+/// Methods that no control here has, and that show what there is to gain.
+const BEYOND: [&str; 2] = ["adaptive", "lookup"];
+
+/// A way in which a control can be set.
+#[derive(Clone)]
+struct Trial {
+    method: MethodId,
+    said: String,
+    change: Arc<dyn Fn(&mut AxisConfig) + Send + Sync>,
+}
+
+impl Trial {
+    fn new(
+        method: &str,
+        said: impl Into<String>,
+        change: impl Fn(&mut AxisConfig) + Send + Sync + 'static,
+    ) -> Option<Trial> {
+        Some(Trial {
+            method: method.parse().ok()?,
+            said: said.into(),
+            change: Arc::new(change),
+        })
+    }
+
+    fn name(&self) -> String {
+        format!("{} {}", self.method, self.said).trim().to_owned()
+    }
+}
+
+/// The settings of a control for a program on a machine.
+///
+/// ```
+/// use lostmotion_sim::control::Control;
+/// use lostmotion_sim::recommend::{RecommendOptions, recommend};
+/// use lostmotion_sim::{Machine, Program, SimulateOptions};
+///
+/// let program = Program::from_str("arc.ngc", "G21 G90 G17\nG0 X9 Y0\nG3 I-9 F900\nM2\n");
+/// let machine = Machine::preset("vmc3-worn")?;
+/// let wanted = RecommendOptions::default();
+/// let options = SimulateOptions::default();
+/// let answer = recommend(&program, &machine, &options, Control::LinuxCnc, &wanted)?;
+/// assert!(answer.paste.contains(&"BACKLASH = 0.04".to_owned()));
+/// assert!(answer.after.rms < 0.5 * answer.before.rms);
+/// // No primary source: no number.
+/// let haas = recommend(&program, &machine, &options, Control::Haas, &wanted)?;
+/// assert!(haas.refused.is_some() && haas.settings.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`Simulation::run`]; an uncertainty or a detection unit out of range.
+pub fn recommend(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    control: Control,
+    wanted: &RecommendOptions,
+) -> Result<ControlSettings, SimError> {
+    check(wanted)?;
+    let mut answer = ControlSettings {
+        schema: SETTINGS_SCHEMA_VERSION,
+        program: program.name().to_owned(),
+        machine: machine.name().to_owned(),
+        control: control.name().to_owned(),
+        ..ControlSettings::default()
+    };
+    let options = SimulateOptions {
+        control: Some(control),
+        ..options.clone()
+    };
+    let told = told(machine, control, wanted);
+    if let Some(method) = machine
+        .axes()
+        .iter()
+        .map(|axis| axis.config.compensation.method)
+        .find(|m| !m.is_baseline())
+    {
+        answer.notes.push(format!(
+            "the machine description has {method} set already; \"before\" is without any compensation"
+        ));
+    }
+    // Step 1: amounts that are not measured are sought.
+    let trials = trials(control);
+    if trials.is_empty() {
+        answer.refused = Some(unknown(control));
+        let run = simulate(program, machine, &without_tests(&options), vec![baseline()])?;
+        answer.runs += 1;
+        fill_baseline(&mut answer, &run);
+        return Ok(answer);
+    }
+    let choices = std::iter::once(baseline()).chain(trials.iter().map(|trial| {
+        let change = Arc::clone(&trial.change);
+        Choice::set(trial.name(), trial.method, move |config| change(config))
+    }));
+    let first = simulate(program, &told, &without_tests(&options), choices.collect())?;
+    answer.runs += 1 + trials.len() as u64;
+    fill_baseline(&mut answer, &first);
+    let best = trials
+        .iter()
+        .find(|trial| Some(trial.name()) == first.recommended);
+    let Some(best) = best else {
+        answer.refused = Some(refusal(&first));
+        return Ok(answer);
+    };
+    answer.chosen.clone_from(&best.said);
+    // Step 2: as set, and told wrong.
+    let set = told.map_axes(|config| {
+        let mut config = config.clone();
+        (best.change)(&mut config);
+        config
+    });
+    let methods = [MethodId::NONE, best.method]
+        .into_iter()
+        .map(Choice::Registered);
+    let second = simulate(program, &set, &options, methods.collect())?;
+    let Some(result) = second.result(best.method.name()) else {
+        return Ok(answer);
+    };
+    answer.runs += 2 + result.misled.len() as u64;
+    answer.after = result.cutting;
+    answer.wrong.clone_from(&result.misled);
+    answer.trust.clone_from(&second.trust);
+    answer.notes.extend(result.notes.iter().cloned());
+    let beyond = BEYOND
+        .iter()
+        .filter_map(|name| Choice::registered(name).ok());
+    let third = simulate(program, machine, &without_tests(&options), beyond.collect())?;
+    answer.runs += BEYOND.len() as u64;
+    answer.better = third
+        .results
+        .iter()
+        .map(|result| Better {
+            method: result.method.clone(),
+            cutting: result.cutting,
+            stops: result.stop.is_some(),
+        })
+        .collect();
+    if let Some(reason) = &result.not_recommended {
+        answer.refused = Some(format!("{}: {reason}", best.name()));
+        return Ok(answer);
+    }
+    // What is printed is what was simulated.
+    match parameters(
+        control,
+        best.method.name(),
+        &axes(&set),
+        wanted.detection_unit_um,
+    ) {
+        Ok(found) => {
+            answer.method = Some(best.method.name().to_owned());
+            answer.within_tolerance = result.within_tolerance;
+            answer.settings = found.settings;
+            answer.paste = found.paste;
+            answer.preconditions = found.preconditions;
+            answer.notes.extend(found.notes);
+            answer.source = found.source.to_owned();
+        }
+        Err(reason) => {
+            answer.refused = Some(reason);
+            return Ok(answer);
+        }
+    }
+    // Step 3: the ends of the interval.
+    let share = machine
+        .axes()
+        .iter()
+        .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty))
+        .fold(0.0, f64::max);
+    if share > 0.0 {
+        for sign in [-1.0, 1.0] {
+            let end = with_gaps_at(&set, machine, wanted, sign);
+            let choices = [MethodId::NONE, best.method].map(Choice::Registered);
+            let run = simulate(program, &end, &without_tests(&options), choices.into())?;
+            answer.runs += 2;
+            let stats = |name: &str| {
+                run.result(name)
+                    .map_or(ErrorStats::default(), |r| r.cutting)
+            };
+            answer.uncertain.push(GapEnd {
+                factor: 1.0 + sign * share,
+                before: stats(MethodId::NONE.name()),
+                after: stats(best.method.name()),
+                stops: run
+                    .result(best.method.name())
+                    .is_some_and(|r| r.stop.is_some()),
+            });
+        }
+    }
+    Ok(answer)
+}
+
+fn check(wanted: &RecommendOptions) -> Result<(), SimError> {
+    let refuse = |what: &'static str, value: f64, condition: &'static str| SimError::Option {
+        what,
+        value,
+        condition,
+    };
+    if let Some(share) = wanted.gap_uncertainty
+        && !(0.0..1.0).contains(&share)
+    {
+        return Err(refuse(
+            "gap_uncertainty",
+            share * 100.0,
+            "from 0 to below 100 (per cent)",
+        ));
+    }
+    let unit = wanted.detection_unit_um;
+    if !(1e-4..=1000.0).contains(&unit) {
+        return Err(refuse("detection_unit_um", unit, "from 0.0001 to 1000"));
+    }
+    Ok(())
+}
+
+fn baseline() -> Choice {
+    Choice::Registered(MethodId::NONE)
+}
+
+/// The same without telling methods anything wrong.
+fn without_tests(options: &SimulateOptions) -> SimulateOptions {
+    SimulateOptions {
+        misled_share: Some(0.0),
+        ..options.clone()
+    }
+}
+
+fn simulate(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    choices: Vec<Choice>,
+) -> Result<Run, SimError> {
+    let simulation = Simulation::new(program, machine).options(options.clone());
+    choices
+        .into_iter()
+        .fold(simulation, Simulation::choice)
+        .run()
+}
+
+fn fill_baseline(answer: &mut ControlSettings, run: &Run) {
+    answer.tolerance_um = run.tolerance_um;
+    answer.without_gap = run.without_gap;
+    if let Some(none) = run.first() {
+        answer.before = none.cutting;
+        answer.within_tolerance = none.within_tolerance;
+    }
+}
+
+/// Why none of the ways to set a control is better than leaving it alone.
+fn refusal(run: &Run) -> String {
+    let reason = run
+        .results
+        .iter()
+        .find_map(|result| Some((result.method.as_str(), result.not_recommended.as_deref()?)));
+    match reason {
+        Some((method, reason)) => format!("leave the compensation off: {method}: {reason}"),
+        None => {
+            "leave the compensation off: nothing that the control offers makes the error smaller"
+                .to_owned()
+        }
+    }
+}
+
+/// How far off the gap of an axis may be, as a part of it: as told, or as the axis says.
+pub(crate) fn uncertainty(config: &AxisConfig, told: Option<f64>) -> f64 {
+    told.unwrap_or(config.compensation.gap_uncertainty)
+}
+
+/// The machine as set, with its true gaps at an end of their intervals.
+fn with_gaps_at(set: &Machine, machine: &Machine, wanted: &RecommendOptions, sign: f64) -> Machine {
+    let factor = |config: &AxisConfig| 1.0 + sign * uncertainty(config, wanted.gap_uncertainty);
+    let mut end = set.clone();
+    for (axis, of_set) in machine.axes().iter().zip(set.axes()) {
+        let config = with_gap_times(&of_set.config, factor(&axis.config));
+        end = end.with_axis_config(axis.id, &config);
+    }
+    if let (Some(gantry), Some(of_set)) = (machine.gantry(), set.gantry()) {
+        let config = with_gap_times(&of_set.second, factor(&gantry.second));
+        end = end.with_second_config(&config);
+    }
+    end
+}
+
+/// The axis with a gap of another size.
+pub(crate) fn with_gap_times(config: &AxisConfig, factor: f64) -> AxisConfig {
+    let mut load = config.reflected_load();
+    load.gap_rad *= factor;
+    AxisConfig {
+        load: Load::Reflected(load),
+        ..config.clone()
+    }
+}
+
+/// Total gap of an axis, mm or deg.
+fn gap_units(config: &AxisConfig, is_rotary: bool) -> f64 {
+    let units = config.reflected_load().gap_rad / config.transmission.motor_rad_per_unit();
+    if is_rotary && config.transmission.unit() == AxisUnit::Rad {
+        deg(units)
+    } else {
+        units
+    }
+}
+
+/// The machine as its control is told of it: the gap rounded to what the control takes, the least
+/// that it may be, and the limits of the joints.
+fn told(machine: &Machine, control: Control, wanted: &RecommendOptions) -> Machine {
+    let step = step(control, wanted.detection_unit_um);
+    let mut told = machine.map_axes(|config| {
+        let mut config = config.clone();
+        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let least =
+            gap_units(&config, is_rotary) * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
+        let value = (least / step).round() * step;
+        config.compensation.tell_gap(gap_of(value, is_rotary));
+        // The least has been taken.
+        config.compensation.gap_uncertainty = 0.0;
+        config
+    });
+    for axis in machine.axes() {
+        let Some(mut config) = told.axis(axis.id).map(|axis| axis.config.clone()) else {
+            continue;
+        };
+        let (velocity, acceleration) = limits(axis);
+        let linuxcnc = &mut config.compensation.fixed_linuxcnc;
+        linuxcnc.velocity_units_s = Some(velocity);
+        linuxcnc.acceleration_units_s2 = Some(acceleration);
+        // 100 %, of which a trial takes a part.
+        config.compensation.fixed_mach3.speed_units_s = velocity;
+        told = told.with_axis_config(axis.id, &config);
+    }
+    told
+}
+
+/// Largest speed and acceleration of an axis, mm or deg per s and s2.
+fn limits(axis: &crate::machine::MachineAxis) -> (f64, f64) {
+    let limits = axis.limits_table().limits();
+    if axis.is_rotary() {
+        (deg(limits.velocity), deg(limits.acceleration))
+    } else {
+        (limits.velocity, limits.acceleration)
+    }
+}
+
+/// The axes of a machine that has been told, in their order, with second motors.
+fn axes(set: &Machine) -> Vec<ToldAxis> {
+    let mut all = Vec::new();
+    for axis in set.axes() {
+        let (velocity, acceleration) = limits(axis);
+        let second = set
+            .gantry()
+            .filter(|gantry| gantry.axis == axis.id)
+            .map(|gantry| (format!("{}2", axis.id), gantry.second.clone()));
+        let first = (axis.id.to_string(), axis.config.clone());
+        for (name, config) in std::iter::once(first).chain(second) {
+            let is_rotary = axis.is_rotary();
+            let told = config.compensation.fixed.gap;
+            let per_unit = config.transmission.motor_rad_per_unit();
+            let units = told.map_or(0.0, |gap| gap.motor_rad(&config.transmission) / per_unit);
+            let turns = config.transmission.unit() == AxisUnit::Rad;
+            all.push(ToldAxis {
+                name,
+                is_rotary,
+                gap: if turns { deg(units) } else { units },
+                velocity,
+                acceleration,
+                config,
+            });
+        }
+    }
+    all
+}
+
+/// The ways in which a control can be set: each method that it has, with the amounts that are sought.
+fn trials(control: Control) -> Vec<Trial> {
+    let mut all = Vec::new();
+    for method in control.methods() {
+        let method = *method;
+        match method {
+            "actual-value" if control == Control::Heidenhain => {
+                for ms in [0.0, 10.0, 20.0, 40.0] {
+                    all.push(Trial::new(method, format!("over {ms} ms"), move |config| {
+                        config.compensation.actual_value.spread_ms = ms;
+                    }));
+                }
+            }
+            "decaying-pulse" => {
+                for ms in [8.0, 15.0, 30.0] {
+                    for part in [0.5, 1.0, 2.0] {
+                        let said = format!("of {part} gaps over {ms} ms");
+                        all.push(Trial::new(method, said, move |config| {
+                            let gap = config.reflected_load().gap_rad;
+                            let per_unit = config.transmission.motor_rad_per_unit();
+                            let pulse = &mut config.compensation.decaying_pulse;
+                            // In steps of 1 um/s, far below what a control takes.
+                            let height = part * gap / per_unit / (ms * 1e-3);
+                            pulse.height_units_s = Some((height * 1e3).round() * 1e-3);
+                            pulse.time_ms = ms;
+                        }));
+                    }
+                }
+            }
+            "friction-torque" => {
+                for part in [0.5, 1.0, 1.5] {
+                    let said = format!("of {part} times the standard");
+                    all.push(Trial::new(method, said, move |config| {
+                        // Whole per cent of the rated torque.
+                        let friction = 2.0 * config.reflected_load().coulomb_nm;
+                        let percent = 0.01 * config.motor.rated_torque_nm;
+                        let amount = (part * friction / percent).round() * percent;
+                        config.compensation.friction_torque.amount_nm = Some(amount);
+                    }));
+                }
+            }
+            "fixed-isg" => {
+                for cycles in [1, 5, 10, 19] {
+                    all.push(Trial::new(
+                        method,
+                        format!("over {cycles} cycles"),
+                        move |config| {
+                            config.compensation.fixed_isg.cycles = cycles;
+                        },
+                    ));
+                }
+            }
+            "fixed-mach3" => {
+                for percent in [0.5, 1.0, 2.0, 5.0] {
+                    let said = format!("at {percent} % of the largest speed");
+                    all.push(Trial::new(method, said, move |config| {
+                        config.compensation.fixed_mach3.speed_units_s *= 0.01 * percent;
+                    }));
+                }
+            }
+            "fixed-by-travel" => {
+                let ways: &[(f64, f64)] = match control {
+                    Control::Marlin => &[(1.0, 0.0), (1.0, 1.0), (1.0, 3.0)],
+                    Control::RepRapFirmware => &[(2.0, 0.0), (5.0, 0.0), (10.0, 0.0), (20.0, 0.0)],
+                    _ => &[(1.0, 0.0)],
+                };
+                for &(multiple, smoothing_mm) in ways {
+                    let said = match control {
+                        Control::Marlin => format!("smoothed over {smoothing_mm} mm"),
+                        Control::RepRapFirmware => format!("over {multiple} gaps"),
+                        _ => String::new(),
+                    };
+                    all.push(Trial::new(method, said, move |config| {
+                        let spread = &mut config.compensation.fixed_by_travel;
+                        (spread.multiple, spread.smoothing_mm) = (multiple, smoothing_mm);
+                    }));
+                }
+            }
+            _ => all.push(Trial::new(method, "", |_| ())),
+        }
+    }
+    all.into_iter().flatten().collect()
+}

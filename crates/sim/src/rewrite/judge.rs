@@ -1,0 +1,88 @@
+//! The machine's tool on a program against the contour of the original.
+
+use super::results::Leaves;
+use super::{Original, RewriteError};
+use crate::machine::Machine;
+use crate::observer::{ContourPoint, Observer};
+use crate::options::SimulateOptions;
+use crate::program::Program;
+use crate::simulation::Simulation;
+use lostmotion_base::units::UM_PER_MM;
+
+/// Moves before and behind the present one that a point may lie on.
+const NEIGHBOURS: usize = 3;
+
+/// How far the tool is off the original contour, the duration, and why the machine stops.
+pub(super) fn judge(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    steps: &[Original],
+    of_lines: &[Option<usize>],
+) -> Result<(Leaves, f64, Option<String>), RewriteError> {
+    let mut judge = OffContour {
+        steps,
+        of_lines,
+        squares: 0.0,
+        count: 0,
+        max: 0.0,
+    };
+    let run = Simulation::new(program, machine)
+        .method("none")
+        .options(options.clone())
+        .observer(&mut judge)
+        .run()?;
+    let stop = run.first().and_then(|result| result.stop.as_ref());
+    let stop = stop.map(|stop| format!("line {}: {}", stop.block.span.line, stop.limit));
+    let leaves = Leaves {
+        max_um: judge.max * UM_PER_MM,
+        rms_um: (judge.squares / judge.count.max(1) as f64).sqrt() * UM_PER_MM,
+    };
+    Ok((leaves, run.plan.duration_s, stop))
+}
+
+/// Measures each point of a cut against the moves of the original around it.
+struct OffContour<'a> {
+    steps: &'a [Original],
+    of_lines: &'a [Option<usize>],
+    squares: f64,
+    count: u64,
+    max: f64,
+}
+
+impl Observer for OffContour<'_> {
+    fn wants_contour(&self) -> bool {
+        true
+    }
+
+    fn contour(&mut self, _method: usize, points: &[ContourPoint]) {
+        for point in points.iter().filter(|point| point.moving && !point.rapid) {
+            let line = point.block.span.line as usize;
+            let index = line
+                .checked_sub(1)
+                .and_then(|line| self.of_lines.get(line).copied().flatten());
+            let Some(index) = index else { continue };
+            let shift = self.steps.get(index).map_or([0.0; 3], |step| step.shift);
+            let at: [f64; 3] = std::array::from_fn(|axis| point.actual_mm[axis] + shift[axis]);
+            let around =
+                index.saturating_sub(NEIGHBOURS)..self.steps.len().min(index + NEIGHBOURS + 1);
+            let distance = self
+                .steps
+                .get(around)
+                .unwrap_or_default()
+                .iter()
+                .filter(|step| !step.rapid)
+                .map(|step| {
+                    step.curve
+                        .nearest(at, (0.0, step.curve.length()), 1e-6)
+                        .distance
+                })
+                .fold(f64::INFINITY, f64::min);
+            if distance.is_finite() {
+                self.squares += distance * distance;
+                self.count += 1;
+                self.max = self.max.max(distance);
+            }
+        }
+    }
+}

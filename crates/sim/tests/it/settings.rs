@@ -1,0 +1,305 @@
+//! Settings of controls, and programs rewritten for controls without any: against the machine's own
+//! figures, closed forms, and the front end.
+
+use lostmotion_sim::control::Control;
+use lostmotion_sim::recommend::results::ControlSettings;
+use lostmotion_sim::recommend::{RecommendOptions, recommend};
+use lostmotion_sim::rewrite::{RewriteOptions, rewrite};
+use lostmotion_sim::{Machine, Program, SimulateOptions, Simulation};
+
+const ARC: &str = "G21 G90 G17 G64 P0.002\nG0 X10 Y-3\nG1 Y0 F900\nG3 X10 Y0 I-10 J0\nG1 Y3\nM2\n";
+
+fn program(text: &str) -> Program {
+    Program::from_str("part.ngc", text)
+}
+
+fn machine() -> Machine {
+    Machine::preset("vmc3-worn").unwrap()
+}
+
+fn settings(control: Control, wanted: &RecommendOptions) -> ControlSettings {
+    recommend(
+        &program(ARC),
+        &machine(),
+        &SimulateOptions::default(),
+        control,
+        wanted,
+    )
+    .unwrap()
+}
+
+#[test]
+fn what_is_printed_is_what_was_simulated() {
+    let answer = settings(Control::LinuxCnc, &RecommendOptions::default());
+    let told: f64 = answer.settings[0].value.parse().unwrap();
+    // The same by the keys of the machine file alone.
+    let machine = machine();
+    let set = machine.axes().iter().fold(machine.clone(), |set, axis| {
+        let mut config = axis.config.clone();
+        let limits = axis.limits_table().limits();
+        let linuxcnc = &mut config.compensation.fixed_linuxcnc;
+        linuxcnc.gap = Some(lostmotion_drive::config::Gap::Um(1e3 * told));
+        linuxcnc.velocity_units_s = Some(limits.velocity);
+        linuxcnc.acceleration_units_s2 = Some(limits.acceleration);
+        set.with_axis_config(axis.id, &config)
+    });
+    let part = program(ARC);
+    let run = Simulation::new(&part, &set)
+        .methods(["none", "fixed-linuxcnc"])
+        .run()
+        .unwrap();
+    assert_eq!(answer.before, run.results[0].cutting);
+    assert_eq!(answer.after, run.results[1].cutting);
+    assert_eq!(answer.method.as_deref(), Some("fixed-linuxcnc"));
+    // LinuxCNC issue 395: the take-up needs half of the joint's limits on top.
+    let limits = machine.axes()[0].limits_table().limits();
+    let needed = format!("STEPGEN_MAXACCEL of {:.1} to", 1.5 * limits.acceleration);
+    assert!(
+        answer.preconditions[0].contains(&needed),
+        "{:?}",
+        answer.preconditions
+    );
+}
+
+#[test]
+fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
+    let wanted = RecommendOptions {
+        gap_uncertainty: Some(0.25),
+        ..RecommendOptions::default()
+    };
+    let answer = settings(Control::Fanuc, &wanted);
+    // 40 um less a quarter, in detection units of 1 um
+    assert_eq!(answer.settings[0].value, "30");
+    let factors: Vec<f64> = answer.uncertain.iter().map(|end| end.factor).collect();
+    assert_eq!(factors, [0.75, 1.25]);
+    // Told 30 um of 30 little is left, of 50 the rest.
+    assert!(answer.uncertain[0].after.rms < answer.uncertain[1].after.rms);
+    assert!(answer.uncertain[0].before.rms < answer.uncertain[1].before.rms);
+    let coarse = RecommendOptions {
+        detection_unit_um: 10.0,
+        ..wanted
+    };
+    assert_eq!(settings(Control::Fanuc, &coarse).settings[0].value, "3");
+    for bad in [f64::NAN, -0.1, 1.0] {
+        let wanted = RecommendOptions {
+            gap_uncertainty: Some(bad),
+            ..wanted
+        };
+        let options = SimulateOptions::default();
+        let error = recommend(&program(ARC), &machine(), &options, Control::Fanuc, &wanted);
+        assert!(error.is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn units_and_signs_are_those_of_the_control() {
+    let of = |control| settings(control, &RecommendOptions::default());
+    assert_eq!(
+        of(Control::Siemens).paste[0],
+        "N32450 $MA_BACKLASH[0,AX1]=0.04"
+    );
+    assert_eq!(of(Control::Beckhoff).settings[0].value, "400");
+    assert_eq!(
+        of(Control::Smoothieware).paste[0],
+        "alpha_backlash_mm    0.04    # X"
+    );
+    // Spread over twice the gap it comes late on an arc: told too much it is worse than none.
+    let late = of(Control::RepRapFirmware);
+    let reason = late.refused.unwrap_or_default();
+    assert!(reason.contains("if told a gap 30 % too large"), "{reason}");
+    assert!(late.paste.is_empty() && late.trust.is_some_and(|trust| trust.within.is_some()));
+    assert!(of(Control::Marlin).paste[0].starts_with("M425 F1.0 S"));
+    assert_eq!(of(Control::GrblHal).paste[1], "$161=0.04");
+    for control in [Control::Haas, Control::Klipper, Control::Own] {
+        let answer = of(control);
+        assert!(answer.refused.is_some() && answer.settings.is_empty() && answer.paste.is_empty());
+        assert!(!answer.is_within_tolerance() && answer.before.samples > 0);
+    }
+}
+
+/// GRBL-Advanced issue 30: an inserted move at each quadrant stops the circle there. On a circle of
+/// three feeds four take-ups a turn, and time that they cost.
+#[test]
+fn a_rewritten_circle_stops_at_each_quadrant_and_keeps_the_contour() {
+    let (part, machine) = (program(ARC), machine());
+    let options = SimulateOptions::default();
+    let new = rewrite(&part, &machine, &options, &RewriteOptions::default()).unwrap();
+    assert_eq!(new.refused, None);
+    assert!(new.shift_mm.iter().all(|half| (half - 0.02).abs() < 1e-12));
+    assert_eq!(new.arcs_split, 1);
+    // X turns at its start and after half a turn, Y after a quarter and three.
+    assert!(new.within_cuts >= 4, "{new:?}");
+    assert!(new.time_after_s > new.time_before_s);
+    // Half the gap of 40 um on each side of the circle: without friction's wind-up 20 um at most.
+    assert!(
+        new.after.rms_um < 0.5 * new.before.rms_um,
+        "{:?} {:?}",
+        new.before,
+        new.after
+    );
+    // The judge on the original program finds what the run itself says of it, but for places where
+    // another move is nearer than the present one.
+    let run = Simulation::new(&part, &machine)
+        .method("none")
+        .run()
+        .unwrap();
+    let own = run.results[0].cutting;
+    assert!(
+        (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
+        "{own:?} {:?}",
+        new.before
+    );
+    assert!(
+        (new.before.max_um / own.max - 1.0).abs() < 0.02,
+        "{own:?} {:?}",
+        new.before
+    );
+}
+
+/// The new text read by the front end: each end point is the original's, moved by half a gap on each
+/// axis, and each arc keeps its radius.
+#[test]
+fn end_points_are_moved_by_half_the_gaps() {
+    let text = "%\nO1000 (a part)\n(head)\nG21 G90 G17 G64 \nG0 X0 Y0 Z5\nN10 G1 Z-1 F300 (plunge)\n\
+                N20 X30 M8\nY20 ; up\nG2 X40 Y30 R10\nG3 X50 Y20 I0 J-10 (wrong way round)\nX20 Y0 R-25\nG1 X-10\nG0 Z20\nM30\n%\n";
+    let (part, machine) = (program(text), machine());
+    let options = SimulateOptions {
+        dialect: Some(lostmotion_gcode::Dialect::Fanuc),
+        ..SimulateOptions::default()
+    };
+    let new = rewrite(&part, &machine, &options, &RewriteOptions::default()).unwrap();
+    for kept in [
+        "N10 G1 Z-1.02 F300 (plunge)",
+        "N20 X30.02 M8",
+        " ; up",
+        "(head)",
+        "M30",
+    ] {
+        assert!(new.text.contains(kept), "{kept}: {}", new.text);
+    }
+    assert!(
+        new.text
+            .starts_with("%\nO1000 (a part)\n(part.ngc rewritten"),
+        "{}",
+        new.text
+    );
+    let rewritten = program(&new.text);
+    let curves = |program: &Program| -> Vec<lostmotion_sim::motion::ProgrammedMove> {
+        let all = Simulation::new(program, &machine)
+            .dialect(lostmotion_gcode::Dialect::Fanuc)
+            .curves()
+            .unwrap();
+        all.map(Result::unwrap).collect()
+    };
+    let old = curves(&part);
+    let ends = |moves: &[lostmotion_sim::motion::ProgrammedMove]| -> Vec<[f64; 3]> {
+        moves
+            .iter()
+            .map(|item| item.motion.curve.end().linear())
+            .collect()
+    };
+    let (old_ends, new_ends) = (ends(&old), ends(&curves(&rewritten)));
+    // Each end of the original is found again, off by half a gap on each axis or, of an axis that has
+    // not moved yet, by none; in the order of the program.
+    let mut at = 0;
+    for end in old_ends {
+        let found = new_ends[at..].iter().position(|new| {
+            (0..3).all(|axis| {
+                let off = (new[axis] - end[axis]).abs();
+                (off - 0.02).abs() < 2e-4 || off < 2e-4
+            })
+        });
+        at += found.unwrap_or_else(|| panic!("{end:?} is not in {}", new.text));
+    }
+    // Length of all that is cut: the same but for the take-ups, a gap of 0.04 mm each.
+    let cut = |moves: &[lostmotion_sim::motion::ProgrammedMove]| -> f64 {
+        let cuts = moves.iter().filter(|item| !item.is_rapid());
+        cuts.map(|item| item.motion.curve.length()).sum()
+    };
+    let taken = 0.04 * 1.5 * (new.within_cuts + new.in_the_air + 4) as f64;
+    let (old, new_length) = (cut(&old), cut(&curves(&rewritten)));
+    assert!((new_length - old).abs() < taken, "{old} {new_length}");
+}
+
+#[test]
+fn what_is_not_rewritten_is_told_by_its_line() {
+    let options = SimulateOptions::default();
+    let refused = |text: &str, machine: &Machine| {
+        let wanted = RewriteOptions::default();
+        rewrite(&program(text), machine, &options, &wanted)
+            .unwrap_err()
+            .to_string()
+    };
+    for (text, line, what) in [
+        ("G21 G90\nG91\nG1 X1 F100\nM2\n", 2, "G91"),
+        ("G21 G90\n#1=3\nG1 X#1 F100\nM2\n", 3, "expression"),
+        (
+            "G21 G90\nG0 X0 Y0 Z5\nG81 X1 Y1 Z-1 R1 F100\nM2\n",
+            3,
+            "G81",
+        ),
+        (
+            "G21 G90\no1 repeat [2]\nG1 X1 F100\nX2\no1 endrepeat\nM2\n",
+            3,
+            "more than once",
+        ),
+        (
+            "G21 G90\nG41 D1 G1 X9 F100\nG40\nM2\n",
+            2,
+            "cutter compensation",
+        ),
+        (
+            "G21 G90 G17\nG0 X5 Y0\nG3 X-5 Y0 I-5 F100 M0\nM2\n",
+            3,
+            "line of its own",
+        ),
+    ] {
+        let error = refused(text, &machine());
+        assert!(
+            error.starts_with(&format!("line {line}: ")) && error.contains(what),
+            "{error}"
+        );
+    }
+    let error = refused(ARC, &Machine::preset("corexy").unwrap());
+    assert!(error.contains("are not X, Y and Z"), "{error}");
+    let ideal = machine().without_gap();
+    let error = refused(ARC, &ideal);
+    assert!(error.contains("no gap"), "{error}");
+    let small = RewriteOptions {
+        most_um: 5.0,
+        ..RewriteOptions::default()
+    };
+    let error = rewrite(&program(ARC), &machine(), &options, &small)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("half the gap of X is 20.0 um, more than the 5 um"),
+        "{error}"
+    );
+}
+
+/// Inch with a plane of its own, and an interval that is too wide.
+#[test]
+fn inch_other_planes_and_wide_intervals() {
+    let (machine, options) = (machine(), SimulateOptions::default());
+    let good =
+        "G20 G90 G18 G64 P0.0001\nG0 X0.5 Z0\nG1 Z0.1 F30\nG3 X0.7 Z0.3 I0.2 K0\nG1 X1.2\nM2\n";
+    let new = rewrite(
+        &program(good),
+        &machine,
+        &options,
+        &RewriteOptions::default(),
+    )
+    .unwrap();
+    // 0.02 mm are 0.00079 inch
+    assert!(new.text.contains("G1 Z0.10079 F30"), "{}", new.text);
+    let wide = RewriteOptions {
+        gap_uncertainty: Some(0.9),
+        ..RewriteOptions::default()
+    };
+    let new = rewrite(&program(ARC), &machine, &options, &wide).unwrap();
+    // A tenth of the gap is taken up: too little of one that may be 1.9 times as large.
+    assert!((new.shift_mm[0] - 0.002).abs() < 1e-12);
+    let reason = new.refused.unwrap_or_default();
+    assert!(reason.starts_with("it does not help enough"), "{reason}");
+}
