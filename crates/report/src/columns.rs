@@ -9,7 +9,7 @@ use std::io;
 
 /// What stands in a column.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Cells {
+pub enum ColumnCells {
     /// Texts that repeat: for each row the place of its text in the list of different ones.
     Text {
         /// Places, a row each.
@@ -25,17 +25,17 @@ pub enum Cells {
 
 /// A column with its name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct FilledColumn {
     /// Its name, with the unit.
     pub name: String,
     /// What stands in it, a row each.
-    pub cells: Cells,
+    pub cells: ColumnCells,
 }
 
 /// A table in memory; any writer of [`crate::csv`] fills one.
 ///
 /// ```
-/// use lostmotion_report::columns::{Cells, ColumnTable};
+/// use lostmotion_report::columns::{ColumnCells, ColumnTable};
 /// use lostmotion_report::csv::BlockWriter;
 /// use lostmotion_sim::results::BlockResult;
 ///
@@ -43,20 +43,20 @@ pub struct Column {
 /// writer.push("none", &[BlockResult::default()])?;
 /// let columns = writer.finish()?;
 /// assert_eq!(columns[5].name, "time_s");
-/// assert_eq!(columns[5].cells, Cells::Number(vec![0.0]));
+/// assert_eq!(columns[5].cells, ColumnCells::Number(vec![0.0]));
 /// # Ok::<(), std::io::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnTable {
-    columns: Vec<Column>,
+    columns: Vec<FilledColumn>,
     /// For each column of texts where its texts stand.
     known: Vec<HashMap<String, i32>>,
-    /// Column of the next cell.
+    /// Place of the next cell's column.
     next: usize,
 }
 
 impl ColumnTable {
-    fn cell(&mut self) -> Option<(&mut Cells, &mut HashMap<String, i32>)> {
+    fn cell(&mut self) -> Option<(&mut ColumnCells, &mut HashMap<String, i32>)> {
         let at = self.next;
         self.next += 1;
         let cells = &mut self.columns.get_mut(at)?.cells;
@@ -65,19 +65,19 @@ impl ColumnTable {
 }
 
 impl TableCells for ColumnTable {
-    type Out = Vec<Column>;
+    type Out = Vec<FilledColumn>;
 
     /// The list given is where the columns go; what stands in it is forgotten.
-    fn start(_out: Vec<Column>, columns: &[TableColumn]) -> io::Result<ColumnTable> {
-        let empty = |column: &TableColumn| Column {
+    fn start(_out: Vec<FilledColumn>, columns: &[TableColumn]) -> io::Result<ColumnTable> {
+        let empty = |column: &TableColumn| FilledColumn {
             name: column.name.clone(),
             cells: match column.kind {
-                ColumnKind::Text => Cells::Text {
+                ColumnKind::Text => ColumnCells::Text {
                     places: Vec::new(),
                     texts: Vec::new(),
                 },
-                ColumnKind::Number => Cells::Number(Vec::new()),
-                ColumnKind::Integer => Cells::Integer(Vec::new()),
+                ColumnKind::Number => ColumnCells::Number(Vec::new()),
+                ColumnKind::Integer => ColumnCells::Integer(Vec::new()),
             },
         };
         Ok(ColumnTable {
@@ -88,7 +88,7 @@ impl TableCells for ColumnTable {
     }
 
     fn text(&mut self, text: &str) {
-        let Some((Cells::Text { places, texts }, known)) = self.cell() else {
+        let Some((ColumnCells::Text { places, texts }, known)) = self.cell() else {
             return;
         };
         let place = known.get(text).copied().unwrap_or_else(|| {
@@ -101,13 +101,13 @@ impl TableCells for ColumnTable {
     }
 
     fn number(&mut self, value: f64, _decimals: usize) {
-        if let Some((Cells::Number(values), _)) = self.cell() {
+        if let Some((ColumnCells::Number(values), _)) = self.cell() {
             values.push(value);
         }
     }
 
     fn integer(&mut self, value: i64) {
-        if let Some((Cells::Integer(values), _)) = self.cell() {
+        if let Some((ColumnCells::Integer(values), _)) = self.cell() {
             values.push(value);
         }
     }
@@ -117,7 +117,7 @@ impl TableCells for ColumnTable {
         Ok(())
     }
 
-    fn finish(self) -> io::Result<Vec<Column>> {
+    fn finish(self) -> io::Result<Vec<FilledColumn>> {
         Ok(self.columns)
     }
 }

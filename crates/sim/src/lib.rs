@@ -22,6 +22,7 @@ pub mod results;
 mod session;
 mod setup;
 pub mod simulation;
+pub mod subroutines;
 pub mod testpart;
 pub mod time;
 
@@ -35,3 +36,4 @@ pub use program::Program;
 pub use results::Run;
 pub use session::{Frame, SETTLE_S, TickSink, Ticks};
 pub use simulation::Simulation;
+pub use subroutines::SubroutineFolders;
