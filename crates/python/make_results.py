@@ -111,9 +111,9 @@ class Maker:
         self.make("RunResult")
         name = (
             "def _name(value: Any) -> str:\n"
-            '    """A name, or the name of a kind with what it is of: ``reversal X``."""\n'
+            '    """A name, or the name of a kind with what it is of: ``reversal of X``."""\n'
             "    if isinstance(value, Mapping):\n"
-            '        return " ".join(f"{kind} {of}" for kind, of in value.items())\n'
+            '        return " of ".join(map(str, value.values()))\n'
             "    return str(value)"
         )
         names = "".join(f'    "{name}",\n' for name in sorted(self.done))

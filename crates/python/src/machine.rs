@@ -2,10 +2,10 @@
 
 use crate::error::Refusal;
 use lostmotion::sim::import::{ImportFormat, ImportOptions, import};
-use lostmotion::sim::machine::{self, AxisReview, Change, MachineError};
+use lostmotion::sim::machine::{self, AxisReview, Change, MachineError, MachineFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use pythonize::pythonize;
+use pythonize::{depythonize, pythonize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ fn text_of(path: &Path) -> PyResult<String> {
 
 /// A value of Python's as TOML.
 fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    let value: Value = pythonize::depythonize(value).map_err(|error| {
+    let value: Value = depythonize(value).map_err(|error| {
         let hint = "a value is a number, a text, a truth value or a list of these";
         Refusal::option(format!("not a value of a machine file: {error}"), hint).raised(value.py())
     })?;
@@ -71,6 +71,16 @@ impl Machine {
     #[expect(clippy::needless_pass_by_value, reason = "Python hands a path over")]
     fn from_file(path: PathBuf) -> PyResult<Machine> {
         Machine::from_toml(&text_of(&path)?, &path.display().to_string())
+    }
+
+    #[staticmethod]
+    fn from_dict(description: &Bound<'_, PyDict>) -> PyResult<Machine> {
+        let file: MachineFile = depythonize(description).map_err(|error| {
+            let hint = "keys are those of machine files, see machine_keys()";
+            let text = format!("this is no description of a machine: {error}");
+            Refusal::new("MachineError", "machine", text, hint).raised(description.py())
+        })?;
+        Ok(file.check().map(Machine).map_err(Refusal::from)?)
     }
 
     /// All that is wrong with a machine file, tuning included.

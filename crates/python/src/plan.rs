@@ -18,7 +18,7 @@ use pythonize::pythonize;
 #[pyclass(frozen, module = "lostmotion")]
 pub(crate) struct Plan {
     info: PlanInfo,
-    /// A row a command cycle: time, a position for each axis, source line.
+    /// A row a command cycle: time, position, velocity and acceleration of each axis, source line.
     #[pyo3(get)]
     samples: Table,
 }
@@ -73,7 +73,8 @@ pub(crate) fn plan(
         let options = reading.options(&program, &machine, running.options()?)?;
         let (axes, rotary) = (machine.0.axis_set(), machine.0.rotary_joints());
         let command = machine.0.cycles().command();
-        let mut writer = PlanWriter::<ColumnTable>::start(Vec::new(), axes, rotary, command)?;
+        let mut writer =
+            PlanWriter::<ColumnTable>::start_with_rates(Vec::new(), axes, rotary, command)?;
         let info = Simulation::new(&program, &machine.0)
             .options(options)
             .on_progress(|progress| watch.progress(progress))

@@ -146,6 +146,9 @@ class Machine:
     def from_file(path: str | PathLike[str]) -> Machine:
         """A machine from its file."""
     @staticmethod
+    def from_dict(description: dict[str, Any]) -> Machine:
+        """A machine from what `to_dict` gives, changed or made by hand: keys of a machine file."""
+    @staticmethod
     def problems(text: str, name: str = "machine.toml") -> list[Finding]:
         """All that is wrong with the text of a machine file, badly tuned loops included."""
     def edit(self, changes: Mapping[str, Any]) -> Machine:
@@ -243,7 +246,8 @@ class Plan:
     @property
     def samples(self) -> Table:
         """A row a command cycle: ``t_s``, a position for each axis (``x_mm`` ... ``c_deg``, machine
-        coordinates), ``line`` of the program."""
+        coordinates), its velocity (``x_velocity_mm_s``) and acceleration
+        (``x_acceleration_mm_s2``), ``line`` of the program."""
     @property
     def duration_s(self) -> float:
         """Length of the motion, s."""

@@ -33,9 +33,9 @@ __all__ = [
 
 
 def _name(value: Any) -> str:
-    """A name, or the name of a kind with what it is of: ``reversal X``."""
+    """A name, or the name of a kind with what it is of: ``reversal of X``."""
     if isinstance(value, Mapping):
-        return " ".join(f"{kind} {of}" for kind, of in value.items())
+        return " of ".join(map(str, value.values()))
     return str(value)
 
 

@@ -15,6 +15,8 @@ pub struct PlanWriter<T> {
     axes: AxisSet,
     rotary: AxisSet,
     clock: Clock,
+    /// 1 for positions alone, 3 with velocities and accelerations.
+    derivatives: usize,
 }
 
 impl<W: Write> PlanWriter<Rows<W>> {
@@ -44,20 +46,51 @@ impl<T: TableCells> PlanWriter<T> {
         rotary: AxisSet,
         clock: Clock,
     ) -> io::Result<PlanWriter<T>> {
-        // Arms have rotary joints named X or Y: the joint says its unit, not the letter.
-        let unit = |axis: AxisId| if rotary.contains(axis) { "deg" } else { "mm" };
-        let positions = axes.iter().map(|axis| {
-            let name = format!("{}_{}", axis.letter().to_ascii_lowercase(), unit(axis));
-            TableColumn::new(name, ColumnKind::Number)
-        });
-        let mut columns = vec![TableColumn::new("t_s", ColumnKind::Number)];
-        columns.extend(positions);
+        PlanWriter::begin(out, axes, rotary, clock, 1)
+    }
+
+    /// The same with the velocity (`x_velocity_mm_s`) and acceleration (`x_acceleration_mm_s2`) of
+    /// each axis behind its position.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn start_with_rates(
+        out: T::Out,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+    ) -> io::Result<PlanWriter<T>> {
+        PlanWriter::begin(out, axes, rotary, clock, 3)
+    }
+
+    fn begin(
+        out: T::Out,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+        derivatives: usize,
+    ) -> io::Result<PlanWriter<T>> {
+        let number = |name: String| TableColumn::new(name, ColumnKind::Number);
+        let of_axis = |axis: AxisId| {
+            // Arms have rotary joints named X or Y: the joint says its unit, not the letter.
+            let unit = if rotary.contains(axis) { "deg" } else { "mm" };
+            let letter = axis.letter().to_ascii_lowercase();
+            let names = [
+                format!("{letter}_{unit}"),
+                format!("{letter}_velocity_{unit}_s"),
+                format!("{letter}_acceleration_{unit}_s2"),
+            ];
+            names.into_iter().take(derivatives).map(number)
+        };
+        let mut columns = vec![number("t_s".to_owned())];
+        columns.extend(axes.iter().flat_map(of_axis));
         columns.push(TableColumn::new("line", ColumnKind::Integer));
         Ok(PlanWriter {
             rows: T::start(out, &columns)?,
             axes,
             rotary,
             clock,
+            derivatives,
         })
     }
 
@@ -69,16 +102,20 @@ impl<T: TableCells> PlanWriter<T> {
         for sample in samples {
             self.rows.seconds(sample.tick, self.clock.period_ns());
             for axis in self.axes.iter() {
-                // The plan counts rotary joints in radians, the column is in deg.
-                let position = sample.position[axis];
-                self.rows.number(
-                    if self.rotary.contains(axis) {
-                        units::deg(position)
+                let cells = [
+                    (sample.position[axis], POSITION_DECIMALS),
+                    (sample.velocity[axis], RATE_DECIMALS),
+                    (sample.acceleration[axis], RATE_DECIMALS),
+                ];
+                for (value, decimals) in cells.into_iter().take(self.derivatives) {
+                    // The plan counts rotary joints in radians, the column is in deg.
+                    let value = if self.rotary.contains(axis) {
+                        units::deg(value)
                     } else {
-                        position
-                    },
-                    POSITION_DECIMALS,
-                );
+                        value
+                    };
+                    self.rows.number(value, decimals);
+                }
             }
             self.rows.integer(i64::from(sample.block.span.line));
             self.rows.end()?;
