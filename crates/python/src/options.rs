@@ -3,6 +3,7 @@
 
 use crate::error::Refusal;
 use crate::machine::Machine;
+use crate::program::Program;
 use lostmotion::base::names::did_you_mean;
 use lostmotion::gcode::dialect::LENIENCIES;
 use lostmotion::gcode::{
@@ -13,13 +14,13 @@ use lostmotion::plan::{Action, Quality};
 use lostmotion::sim::SubroutineFolders;
 use lostmotion::sim::control::Control;
 use lostmotion::sim::machine::Memory;
-use lostmotion::{Intervention, Program, SimulateOptions};
+use lostmotion::{Intervention, SimulateOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pythonize::depythonize;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a program is read.
@@ -35,6 +36,9 @@ pub(crate) struct Reading {
     subroutines: Vec<PathBuf>,
     limits: BTreeMap<String, f64>,
     tool_table: Option<String>,
+    /// Where the program stands, if it is a file: its subroutines are looked for beside it.
+    #[serde(skip)]
+    part: PathBuf,
 }
 
 /// How it is run.
@@ -78,6 +82,14 @@ fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>)
 }
 
 impl Reading {
+    /// As a program is to be read.
+    pub(crate) fn of(program: &Program, given: &Bound<'_, PyDict>) -> PyResult<Reading> {
+        Ok(Reading {
+            part: program.path.clone().unwrap_or_default(),
+            ..settings(given)?
+        })
+    }
+
     fn dialect(&self, usual: Dialect) -> Result<Dialect, Refusal> {
         let Some(name) = &self.dialect else {
             return Ok(usual);
@@ -138,9 +150,8 @@ impl Reading {
         self.tool_table.as_ref().map(parsed).transpose()
     }
 
-    fn loader(&self, program: &Program) -> Result<Arc<dyn SubroutineLoader>, Refusal> {
-        let part = Path::new(program.name());
-        let folders = SubroutineFolders::new(part, &self.subroutines)
+    fn loader(&self) -> Result<Arc<dyn SubroutineLoader>, Refusal> {
+        let folders = SubroutineFolders::new(&self.part, &self.subroutines)
             .map_err(|error| Refusal::option(error.to_string(), ""))?;
         Ok(Arc::new(folders))
     }
@@ -148,19 +159,11 @@ impl Reading {
     /// Settings of the interpreter, with those of a machine where there is one.
     pub(crate) fn config(
         &self,
-        program: &Program,
         machine: Option<&Machine>,
     ) -> Result<(InterpreterConfig, Arc<dyn SubroutineLoader>), Refusal> {
-        let config = match machine {
-            Some(machine) => {
-                let options = SimulateOptions {
-                    tool_table: self.tool_table()?,
-                    ..SimulateOptions::default()
-                };
-                lostmotion::sim::interpreter_config(&machine.0, &options)
-            }
-            None => InterpreterConfig::default(),
-        };
+        let config = machine.map_or_else(InterpreterConfig::default, |machine| {
+            lostmotion::sim::interpreter_config(&machine.0, &SimulateOptions::default())
+        });
         let dialect = self.dialect(config.dialect)?;
         let config = InterpreterConfig {
             dialect,
@@ -169,15 +172,16 @@ impl Reading {
             m_codes: self.m_codes()?,
             block_skips: self.block_skips.clone(),
             told: self.told.clone().into_iter().collect(),
+            // In place of the machine's as a whole.
+            tool_table: self.tool_table()?.or(config.tool_table),
             ..config
         };
-        Ok((config, self.loader(program)?))
+        Ok((config, self.loader()?))
     }
 
     /// A run's settings.
     pub(crate) fn options(
         &self,
-        program: &Program,
         machine: &Machine,
         options: SimulateOptions,
     ) -> Result<SimulateOptions, Refusal> {
@@ -186,7 +190,7 @@ impl Reading {
             dialect: Some(dialect),
             leniencies: Some(self.leniencies(dialect)?),
             limits: self.limits()?,
-            loader: Some(self.loader(program)?),
+            loader: Some(self.loader()?),
             m_codes: self.m_codes()?,
             block_skips: self.block_skips.clone(),
             told: self.told.clone().into_iter().collect(),

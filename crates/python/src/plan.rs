@@ -67,10 +67,11 @@ pub(crate) fn plan(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Plan> {
-    let (reading, running): (Reading, Running) = (settings(reading)?, settings(running)?);
+    let reading = Reading::of(program, reading)?;
+    let running: Running = settings(running)?;
     let (program, machine) = (program.program.clone(), machine.clone());
     apart(py, on_progress, move |watch| {
-        let options = reading.options(&program, &machine, running.options()?)?;
+        let options = reading.options(&machine, running.options()?)?;
         let (axes, rotary) = (machine.0.axis_set(), machine.0.rotary_joints());
         let command = machine.0.cycles().command();
         let mut writer =

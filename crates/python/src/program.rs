@@ -3,7 +3,7 @@
 use crate::apart::apart;
 use crate::error::{Refusal, placed};
 use crate::machine::Machine;
-use crate::options::{Reading, settings};
+use crate::options::Reading;
 use lostmotion::gcode::InterpreterConfig;
 use lostmotion::gcode_tools::explain::explain;
 use lostmotion::gcode_tools::format::{
@@ -25,7 +25,7 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct Program {
     pub(crate) program: lostmotion::Program,
     /// Where it stands, if it is a file.
-    path: Option<PathBuf>,
+    pub(crate) path: Option<PathBuf>,
 }
 
 impl Program {
@@ -35,7 +35,7 @@ impl Program {
         reading: &Reading,
         machine: Option<&Machine>,
     ) -> Result<(Reader, InterpreterConfig), Refusal> {
-        let (config, loader) = reading.config(program, machine)?;
+        let (config, loader) = reading.config(machine)?;
         let reader = program
             .operations(config.clone())
             .map_err(|error| Refusal::unread(program, &error))?;
@@ -150,7 +150,7 @@ impl Program {
         lints: Option<Vec<(String, String)>>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let reading: Reading = settings(reading)?;
+        let reading = Reading::of(self, reading)?;
         let program = self.program.clone();
         let levels = lints.map(levels_of).transpose()?;
         let found = apart(py, None, move |_| {
@@ -165,7 +165,7 @@ impl Program {
         machine: Option<&Machine>,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<Operations> {
-        let reading: Reading = settings(reading)?;
+        let reading = Reading::of(self, reading)?;
         let (reader, _) = Program::reader(&self.program, &reading, machine)?;
         Ok(Operations {
             reader: Mutex::new(reader),
@@ -225,7 +225,7 @@ impl Program {
         machine: Option<Machine>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<(String, Bound<'py, PyAny>)> {
-        let reading: Reading = settings(reading)?;
+        let reading = Reading::of(self, reading)?;
         let program = self.program.clone();
         let explanation = apart(py, None, move |_| {
             let (mut reader, _) = Program::reader(&program, &reading, machine.as_ref())?;
@@ -245,7 +245,7 @@ impl Program {
         system: u8,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<String> {
-        let reading: Reading = settings(reading)?;
+        let reading = Reading::of(self, reading)?;
         let program = self.program.clone();
         apart(py, None, move |_| {
             let found = Program::found(&program, &reading, machine.as_ref(), None)?;

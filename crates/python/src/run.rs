@@ -245,7 +245,8 @@ pub(crate) fn simulate(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let (reading, running): (Reading, Running) = (settings(reading)?, settings(running)?);
+    let reading = Reading::of(program, reading)?;
+    let running: Running = settings(running)?;
     let mut own = Vec::new();
     for (name, make) in compensators {
         let needs_load_scale = match make.bind(py).getattr_opt("load_scale")? {
@@ -268,7 +269,7 @@ pub(crate) fn simulate(
     };
     let (program, machine) = (program.program.clone(), machine.clone());
     apart(py, on_progress, move |watch| {
-        let options = reading.options(&program, &machine, running.options()?)?;
+        let options = reading.options(&machine, running.options()?)?;
         ran(watch, &program, &machine, options, choices, wanted)
     })
 }

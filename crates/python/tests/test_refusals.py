@@ -103,6 +103,7 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
         ({"max_duration_s": 0.5}, "longer than"),
         ({"tolerance": 1.0}, 'there is no keyword "tolerance"'),
         ({"methods": "none"}, "has to be a list"),
+        ({"methods": ["none", "none"]}, "twice"),
         ({"method": "none", "methods": ["none"]}, "both"),
     ],
 )
@@ -196,3 +197,15 @@ def test_imports(tmp_path: Path) -> None:
     odd = tmp_path / "odd.xyz"
     odd.write_text("nothing")
     assert refused(lostmotion.MachineError, lambda: lostmotion.import_machine(odd)).code == "format"
+
+
+def test_subroutines_are_those_beside_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slot.ngc").write_text("o<slot> sub\nG1 X10 F600\no<slot> endsub\nM2\n")
+    text = "G21 G90\no<slot> call\nM2\n"
+    (tmp_path / "part.ngc").write_text(text)
+    assert lostmotion.plan("part.ngc", "bench3").cutting_mm == 10.0
+    # A text has no folder, whatever it is called.
+    program = lostmotion.Program(text, "part.ngc")
+    refused(lostmotion.ProgramError, lambda: lostmotion.plan(program, "bench3"))
+    assert lostmotion.plan(program, "bench3", subroutines=[tmp_path]).cutting_mm == 10.0

@@ -243,6 +243,10 @@ def simulate(
         raise OptionError(
             f'methods is the text "{methods}"; it has to be a list', hint=f'methods=["{methods}"]'
         )
+    names = [*(methods or ()), *(compensators or {})]
+    for name in names:
+        if names.count(name) > 1:
+            raise OptionError(f'"{name}" is asked for twice', hint="results go by their names")
     reading, running = _settings(settings)
     native = _native.simulate(
         program_of(part)._native,
