@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 /// Version of [`FitResult`].
 pub const FIT_SCHEMA: u32 = 1;
 
-/// The gap of an axis from its log, in the unit of the log, as `lostmotion axis fit` writes it. Fields are only ever added within one schema number.
+/// The gap of an axis from its log, in the unit of the log, as `lostmotion axis fit` writes it.
+/// Fields are only ever added within one schema number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitResult {
     /// [`FIT_SCHEMA`].

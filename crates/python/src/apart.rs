@@ -3,6 +3,7 @@
 
 use crate::error::Refusal;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -149,13 +150,16 @@ pub(crate) fn apart<T: Send + 'static>(
     let woken = Mutex::new(woken);
     loop {
         let ended = py.detach(|| waited(&held(&woken)));
-        if let Some(error) = held(&shared.raised).take() {
+        let raised = held(&shared.raised).take();
+        if let Some(error) = raised {
             return Err(error);
         }
-        if let (Some(progress), Some(tell)) = (held(&shared.progress).take(), on_progress) {
+        // Out of the lock before the callback: the work does not wait for it.
+        let progress = held(&shared.progress).take();
+        if let (Some(progress), Some(tell)) = (progress, on_progress) {
             let answer = tell.call1((progress,))?;
             // `False` alone ends a run: callbacks that answer nothing, or a number, go on.
-            if answer.is_exact_instance_of::<pyo3::types::PyBool>() && !answer.is_truthy()? {
+            if answer.is_exact_instance_of::<PyBool>() && !answer.is_truthy()? {
                 return Err(
                     Refusal::new("Cancelled", "cancelled", "the run was cancelled", "").into(),
                 );

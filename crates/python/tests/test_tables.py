@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import pickle
 from typing import Any
 
 import numpy as np
@@ -116,3 +117,11 @@ def test_pictures_for_notebooks() -> None:
     with pytest.raises(lostmotion.OptionError) as caught:
         _ = plain.page
     assert caught.value.hint == "simulate(..., page=True)"
+
+
+def test_tables_without_rows() -> None:
+    line = lostmotion.Program("G21 G90\nG1 X5 F600\nM2\n")
+    table = lostmotion.simulate(line, "bench3", method="none").reversals
+    assert len(table) == 0 and table["time_s"].shape == (0,) and table["axis"].shape == (0,)
+    assert len(table.to_pandas()) == len(table.to_polars()) == table.to_arrow().num_rows == 0
+    assert pickle.loads(pickle.dumps(table)).columns == table.columns
