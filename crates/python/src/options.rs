@@ -3,7 +3,6 @@
 
 use crate::error::Refusal;
 use crate::machine::Machine;
-use crate::program::Program;
 use lostmotion::base::names::did_you_mean;
 use lostmotion::gcode::dialect::LENIENCIES;
 use lostmotion::gcode::{
@@ -82,10 +81,10 @@ fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>)
 }
 
 impl Reading {
-    /// As a program is to be read.
-    pub(crate) fn of(program: &Program, given: &Bound<'_, PyDict>) -> PyResult<Reading> {
+    /// As a program is to be read, which stands in a file or not.
+    pub(crate) fn of(part: Option<&PathBuf>, given: &Bound<'_, PyDict>) -> PyResult<Reading> {
         Ok(Reading {
-            part: program.path.clone().unwrap_or_default(),
+            part: part.cloned().unwrap_or_default(),
             ..settings(given)?
         })
     }

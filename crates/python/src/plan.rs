@@ -67,7 +67,7 @@ pub(crate) fn plan(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Plan> {
-    let reading = Reading::of(program, reading)?;
+    let reading = Reading::of(program.path.as_ref(), reading)?;
     let running: Running = settings(running)?;
     let (program, machine) = (program.program.clone(), machine.clone());
     apart(py, on_progress, move |watch| {

@@ -150,7 +150,7 @@ impl Program {
         lints: Option<Vec<(String, String)>>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let reading = Reading::of(self, reading)?;
+        let reading = Reading::of(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         let levels = lints.map(levels_of).transpose()?;
         let found = apart(py, None, move |_| {
@@ -165,7 +165,7 @@ impl Program {
         machine: Option<&Machine>,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<Operations> {
-        let reading = Reading::of(self, reading)?;
+        let reading = Reading::of(self.path.as_ref(), reading)?;
         let (reader, _) = Program::reader(&self.program, &reading, machine)?;
         Ok(Operations {
             reader: Mutex::new(reader),
@@ -225,7 +225,7 @@ impl Program {
         machine: Option<Machine>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<(String, Bound<'py, PyAny>)> {
-        let reading = Reading::of(self, reading)?;
+        let reading = Reading::of(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         let explanation = apart(py, None, move |_| {
             let (mut reader, _) = Program::reader(&program, &reading, machine.as_ref())?;
@@ -245,7 +245,7 @@ impl Program {
         system: u8,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<String> {
-        let reading = Reading::of(self, reading)?;
+        let reading = Reading::of(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         apart(py, None, move |_| {
             let found = Program::found(&program, &reading, machine.as_ref(), None)?;

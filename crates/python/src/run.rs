@@ -245,7 +245,7 @@ pub(crate) fn simulate(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let reading = Reading::of(program, reading)?;
+    let reading = Reading::of(program.path.as_ref(), reading)?;
     let running: Running = settings(running)?;
     let mut own = Vec::new();
     for (name, make) in compensators {
