@@ -49,8 +49,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    if let Err(error) = wide.edit(|m| m.axis("y").gap_um = -1.0) {
-        println!("{error}");
+    let refused = wide.edit(|m| m.axis("y").drive.position_gain_per_s = -1.0);
+    for problem in refused.err().iter().flat_map(|error| &error.problems) {
+        println!("{}: {}", problem.key, problem.message);
     }
     Ok(())
 }
@@ -58,4 +59,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 // Prints:
 // plotter: none leaves 3.2 um of backlash at most
 // worn plotter: none leaves 22.7 um of backlash at most
-// worn plotter: axis.y.load.slide.gap_um: is -1.0000000000000002; it has to be from 0 to 100000
+// axis.y.drive.position_gain_per_s: is -1; it has to be a finite number, 0 or above

@@ -81,6 +81,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("lostmotion-cli", &["", "study"]),
+    ("lostmotion-python", &[""]),
 ];
 
 /// Crates from outside that a room must never see, whatever the way.

@@ -1,7 +1,6 @@
 //! `lostmotion axis`: one axis alone, and fits to what was logged of one.
 
 use crate::commission::{self, Commission, LearnedFiles};
-use crate::fits::{FitResult, LoadStiffness, SCHEMA, rad_per_unit};
 use crate::identify::{self, Identify};
 use crate::input;
 use crate::logs::{self, LogInput, LogOverview, axis_unit};
@@ -14,9 +13,7 @@ use clap::{Args, Subcommand, ValueHint};
 use lostmotion::analysis::CycleDetector;
 use lostmotion::drive::config::Interpolator;
 use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
-use lostmotion::identify::{
-    BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
-};
+use lostmotion::identify::{AxisRows, BacklashFit, FitResult, LoadStiffness, fit_axis};
 use lostmotion::logs::{DriveSignal, Role};
 use lostmotion::methods::{AxisConfig, AxisMemory, MethodId, UnknownMethod, build_runner_from};
 use lostmotion::report::atomic::AtomicFile;
@@ -338,57 +335,21 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         args.log
             .read(&[Role::Load, Role::Current], &without, quiet)?
     };
-    let current_a = log
-        .drive
-        .as_ref()
-        .map_or(&[][..], DriveSignal::values)
-        .to_vec();
-    // Without the axis nothing is known of lead and motor: the fit then counts in the unit of the
-    // log.
-    let unit = axis_unit(&log);
-    let (scale, settings) = match &axis {
-        Some(config) => (
-            rad_per_unit(config, unit, &name)?,
-            FitSettings::for_axis(config),
-        ),
-        None => (1.0, FitSettings::without_axis()),
+    let rows = AxisRows {
+        name: &name,
+        unit: axis_unit(&log),
+        time_s: &log.time_s,
+        motor: &log.motor,
+        load: (!args.motor_only).then_some(&log.load),
+        current_a: log.drive.as_ref().map_or(&[], DriveSignal::values),
     };
-    // Both fits work in radians of the motor, where current and inertia are known.
-    let fitted = if args.motor_only {
-        MotorLog::from_rows(&log.time_s, scaled(log.motor, scale), current_a)
-            .and_then(|log| fit_motor_only(&log, &settings.motor_only()))
-    } else {
-        BacklashLog::from_rows(
-            &log.time_s,
-            scaled(log.motor, scale),
-            scaled(log.load, scale),
-            current_a,
-        )
-        .and_then(|log| fit_backlash(&log, &settings))
-    };
-    let fit = fitted.map_err(|error| Failure::message(format!("{name}: {error}")))?;
-    let result = FitResult {
-        schema: SCHEMA,
-        log: name,
-        unit: unit.symbol().to_owned(),
-        // The fit works in half gaps and radians of the motor; people give total gaps at the load.
-        gap: 2.0 * fit.half_gap_rad / scale,
-        gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
-        excited: fit.excited,
-        stiffness: axis.as_ref().map(|_| LoadStiffness::new(&fit, unit, scale)),
-        motor_rad_per_unit: axis.map(|_| scale),
-        motor_only: args.motor_only,
-        fit,
-    };
+    let result = fit_axis(&rows, axis.as_ref())
+        .map_err(|error| Failure::message(format!("{name}: {error}")))?;
     write(file, &result)?;
     if !quiet {
         output::print(&summary(&result))?;
     }
     Ok(DONE)
-}
-
-fn scaled(values: Vec<f64>, scale: f64) -> Vec<f64> {
-    values.into_iter().map(|value| value * scale).collect()
 }
 
 fn write(mut file: AtomicFile, result: &FitResult) -> Result<(), Failure> {

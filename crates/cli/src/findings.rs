@@ -5,13 +5,13 @@ use crate::output::{Failure, remark, stderr_has_color};
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::ValueEnum;
-use lostmotion::base::{BlockRef, Span};
+use lostmotion::base::Span;
 use lostmotion::gcode::{Diagnostics, Provenance, Severity};
 use lostmotion::report::findings::{
     BlockRecorder, Counts, Finding, Origin, write_json, write_sarif,
 };
-use lostmotion::sim::Program;
 use lostmotion::sim::results::MethodResult;
+use lostmotion::sim::{Program, SimError};
 use std::io::BufRead;
 
 /// Form of findings about a part program.
@@ -126,38 +126,23 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Adds a finding at a place.
-    pub(crate) fn add(
-        &mut self,
-        severity: Severity,
-        code: &str,
-        block: BlockRef,
-        message: String,
-        hint: Option<String>,
-    ) {
-        let origin = Origin {
-            program: self.source.name(),
-            provenance: &self.provenance,
+    /// Adds what a run was refused for; false for an error that is about no block.
+    pub(crate) fn add_error(&mut self, error: &SimError, severity: Severity) -> bool {
+        // The lines are fetched when all findings are shown, in one pass over the source.
+        let found = Finding::from_error(error, self.source.name());
+        let count = match severity {
+            Severity::Error => &mut self.counts.errors,
+            Severity::Warning => &mut self.counts.warnings,
+            Severity::Note => &mut self.counts.notes,
         };
-        let (file, calls) = (origin.file(block.span.file), origin.calls(block.call_stack));
-        // The line is fetched when all findings are shown, in one pass over the source.
-        let (code, values, excerpt) = (code.to_owned(), serde_json::Map::new(), String::new());
-        self.list.push(Finding {
-            code,
+        *count += found.len() as u64;
+        let is_told = !found.is_empty();
+        let found = found.into_iter();
+        self.list.extend(found.map(|finding| Finding {
             severity,
-            message,
-            file,
-            span: block.span,
-            values,
-            excerpt,
-            hint,
-            calls,
-        });
-        match severity {
-            Severity::Error => self.counts.errors += 1,
-            Severity::Warning => self.counts.warnings += 1,
-            Severity::Note => self.counts.notes += 1,
-        }
+            ..finding
+        }));
+        is_told
     }
 
     /// Adds what a run found with one of its methods: blocks outside the tolerance, and where the

@@ -1,75 +1,13 @@
-//! Results of fits: what `axis fit` writes and `--fitted` reads.
+//! Results of fits as `--fitted` reads them.
 
 use crate::input;
 use crate::output::Failure;
 use lostmotion::base::units::number;
 use lostmotion::drive::config::{AxisUnit, Gap};
-use lostmotion::identify::BacklashFit;
+use lostmotion::identify::{FIT_SCHEMA, FitResult, motor_rad_per_unit};
 use lostmotion::methods::AxisConfig;
 use lostmotion::methods::fitted_lookup::ToldLoad;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// Version of [`FitResult`].
-pub(crate) const SCHEMA: u32 = 1;
-
-/// What `fit` writes. Fields are only ever added within one schema number.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct FitResult {
-    /// [`SCHEMA`].
-    pub(crate) schema: u32,
-    /// Name of the log.
-    pub(crate) log: String,
-    /// Unit of the log's positions: `mm`, `deg` or `rad`.
-    pub(crate) unit: String,
-    /// Total gap in that unit, at the load.
-    pub(crate) gap: f64,
-    /// 95 % interval of the total gap in that unit.
-    pub(crate) gap_interval: [f64; 2],
-    /// Whether the log tells the gap from zero.
-    pub(crate) excited: bool,
-    /// Radian of the motor for one unit of the log, where the axis was given; otherwise the figures
-    /// below are in the log's unit instead of rad, and per A instead of N m.
-    pub(crate) motor_rad_per_unit: Option<f64>,
-    /// Whether the load's positions were left out of it.
-    #[serde(default)]
-    pub(crate) motor_only: bool,
-    /// Stiffness of the shaft at the load, where the axis was given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) stiffness: Option<LoadStiffness>,
-    /// The fit itself.
-    pub(crate) fit: BacklashFit,
-}
-
-/// Stiffness of the shaft as the load feels it.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct LoadStiffness {
-    /// `N/um` or `N m/rad`.
-    pub(crate) unit: String,
-    /// None where the shaft is stiffer than the log can tell.
-    pub(crate) value: Option<f64>,
-    /// 95 % interval; no upper end where the shaft is stiffer than the log can tell.
-    pub(crate) interval: [Option<f64>; 2],
-}
-
-impl LoadStiffness {
-    /// Of a fit in motor radian, so many of which make a unit of the log.
-    pub(crate) fn new(fit: &BacklashFit, unit: AxisUnit, rad_per_unit: f64) -> LoadStiffness {
-        // Force over distance: both turn into torque and angle by the same ratio. A newton per
-        // micrometre is 1e6 N/m, and a radian per millimetre 1e3 rad/m, whose square cancels that.
-        let (name, ratio) = match unit {
-            AxisUnit::Mm => ("N/um", rad_per_unit),
-            AxisUnit::Rad => ("N m/rad", rad_per_unit),
-            AxisUnit::Deg => ("N m/rad", rad_per_unit.to_degrees()),
-        };
-        let at_load = |motor: Option<f64>| motor.map(|stiffness| stiffness * ratio * ratio);
-        LoadStiffness {
-            unit: name.to_owned(),
-            value: at_load(fit.stiffness_nm_per_rad),
-            interval: fit.stiffness_interval_nm_per_rad.map(at_load),
-        }
-    }
-}
 
 /// Motor radian for a unit of the log.
 pub(crate) fn rad_per_unit(
@@ -77,18 +15,7 @@ pub(crate) fn rad_per_unit(
     unit: AxisUnit,
     name: &str,
 ) -> Result<f64, Failure> {
-    let per_axis_unit = config.transmission.motor_rad_per_unit();
-    match (unit, config.unit()) {
-        (log, axis) if log == axis => Ok(per_axis_unit),
-        // Angles convert into each other; mm and angles do not.
-        (AxisUnit::Deg, AxisUnit::Rad) => Ok(per_axis_unit.to_radians()),
-        (AxisUnit::Rad, AxisUnit::Deg) => Ok(per_axis_unit.to_degrees()),
-        (log, axis) => Err(Failure::message(format!(
-            "{name}: the positions are in {}, but the axis is in {}",
-            log.symbol(),
-            axis.symbol()
-        ))),
-    }
+    motor_rad_per_unit(config, unit).map_err(|error| Failure::message(format!("{name}: {error}")))
 }
 
 /// The axis with gap and load of a fit told to the methods that may know them.
@@ -101,9 +28,9 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
         ))
     })?;
     // In another schema a key may mean something else: refused rather than misread.
-    if result.schema != SCHEMA {
+    if result.schema != FIT_SCHEMA {
         return Err(Failure::message(format!(
-            "{shown} has schema {}; this version reads {SCHEMA}",
+            "{shown} has schema {}; this version reads {FIT_SCHEMA}",
             result.schema
         )));
     }

@@ -8,6 +8,7 @@
 //! | `toml` | merged into an embedded machine (`base=NAME`, else `vmc3`), which has to be sound; with `defaults` it has to stay the same machine |
 //! | `rust` | a doctest of the facade, which has to include the page |
 //! | `diff` | held by the test that `held-by` names |
+//! | `python` | run by the tests of the Python package, which read its page |
 //! | `text` | no code: formulas, layouts |
 //!
 //! `file=NAME` writes a block to a file for the commands after it on the same page. `not-run="reason"`
@@ -29,6 +30,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The page whose Python blocks are run.
+const PYTHON: &str = "docs/book/src/guide/python.md";
 
 /// A fenced block of a document.
 struct Block {
@@ -305,6 +309,8 @@ fn check(document: &str, counts: &mut Counts, faults: &mut String) {
                 _ => Err("held-by has to name the test file that makes this change".to_string()),
             },
             "text" => Ok(()),
+            "python" if document == PYTHON => Ok(()),
+            "python" => Err("the tests of crates/python do not run this page".to_string()),
             other => Err(format!("nobody runs blocks of kind {other:?}")),
         };
         if let Err(fault) = outcome {

@@ -36,6 +36,7 @@
 //! follows from the contact torque. [`body`] takes the axis as one body: inertia, friction, servo,
 //! and how position is lost along the travel after a reversal.
 
+mod axis_fit;
 pub mod body;
 pub mod contact;
 mod deadzone;
@@ -55,6 +56,10 @@ pub mod solver;
 pub mod spread;
 pub mod window;
 
+pub use axis_fit::{
+    AxisFitError, AxisRows, FIT_SCHEMA, FitResult, LoadStiffness, UnitMismatch, fit_axis,
+    motor_rad_per_unit,
+};
 pub use error::{Cause, FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::{BacklashLog, MotorLog};

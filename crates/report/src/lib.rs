@@ -6,6 +6,7 @@
 //! No number is computed here that a result does not hold, apart from ratios that a table shows.
 
 pub mod atomic;
+pub mod columns;
 pub mod csv;
 pub mod error;
 pub mod findings;

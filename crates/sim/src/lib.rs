@@ -24,6 +24,7 @@ pub mod rewrite;
 mod session;
 mod setup;
 pub mod simulation;
+pub mod subroutines;
 pub mod testpart;
 pub mod time;
 
@@ -37,3 +38,4 @@ pub use program::Program;
 pub use results::Run;
 pub use session::{Frame, SETTLE_S, TickSink, Ticks};
 pub use simulation::Simulation;
+pub use subroutines::SubroutineFolders;

@@ -3,7 +3,6 @@
 use super::machine::MachineOptions;
 use super::{Names, number};
 use crate::findings::{Form, Voice};
-use crate::input::Folders;
 use crate::output::Failure;
 use clap::Args;
 use lostmotion::gcode::dialect::LENIENCIES;
@@ -11,7 +10,7 @@ use lostmotion::gcode::{
     Code, Dialect, InterpreterConfig, Leniencies, Leniency, Limits, MCodeUse, SubroutineLoader,
 };
 use lostmotion::sim::program::Operations;
-use lostmotion::sim::{Machine, Program, SimulateOptions};
+use lostmotion::sim::{Machine, Program, SimulateOptions, SubroutineFolders};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -142,7 +141,9 @@ impl Reading {
 
     /// Where a part's subroutines come from.
     pub(crate) fn loader(&self, part: &Path) -> Result<Arc<dyn SubroutineLoader>, Failure> {
-        Ok(Arc::new(Folders::new(part, &self.subroutines)?))
+        let folders = SubroutineFolders::new(part, &self.subroutines)
+            .map_err(|error| Failure::message(error.to_string()))?;
+        Ok(Arc::new(folders))
     }
 
     /// An interpreter's settings with what was asked for.

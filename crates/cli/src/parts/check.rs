@@ -1,6 +1,6 @@
 //! `lostmotion check` and `gcode lint`: what can be said about a part program without moving.
 
-use super::{add, add_travel, failure};
+use super::failure;
 use crate::findings::{Findings, Form, Voice};
 use crate::input;
 use crate::options::Names;
@@ -204,11 +204,11 @@ fn on_machine(
             } else {
                 Severity::Warning
             };
-            add_travel(findings, severity, &error);
+            findings.add_error(&error, severity);
             Ok(())
         }
         // What the lints have found is told, too.
-        Err(error) if add(findings, &error) => Ok(()),
+        Err(error) if findings.add_error(&error, Severity::Error) => Ok(()),
         Err(error) => Err(failure(source, &error, voice)),
     }
 }

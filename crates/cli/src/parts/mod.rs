@@ -26,34 +26,32 @@ use serde::Serialize;
 
 /// An error of the session, with the lines of the program it is about.
 pub(crate) fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
-    // Files and calls that the places of the error point into.
-    let provenance = match error {
-        SimError::Program { diagnostics, .. } => {
-            return Findings::of(program, diagnostics).failure(voice);
-        }
+    match error {
+        SimError::Program { diagnostics, .. } => Findings::of(program, diagnostics).failure(voice),
         SimError::Travel { provenance, .. }
         | SimError::NoAxis { provenance, .. }
-        | SimError::Path { provenance, .. } => provenance,
+        | SimError::Path { provenance, .. } => {
+            let mut findings = Findings::none(program).with_provenance(provenance);
+            findings.add_error(error, Severity::Error);
+            findings.failure(voice)
+        }
         SimError::Option {
             what,
             value,
             condition,
         } => {
             let flag = flag_of(what);
-            return Failure::message(format!(
+            Failure::message(format!(
                 "{flag} is {}; it has to be {condition}",
                 number(*value)
-            ));
+            ))
         }
         SimError::Contour(ContourError::NotFinite { .. }) => {
             let hint = "a simulated axis has run away: `lostmotion machine check` tells whether its loops are stable; a force may be too much for its motor";
-            return Failure::with_hint(error.to_string(), hint);
+            Failure::with_hint(error.to_string(), hint)
         }
-        _ => return Failure::message(error.to_string()),
-    };
-    let mut findings = Findings::none(program).with_provenance(provenance);
-    add(&mut findings, error);
-    findings.failure(voice)
+        _ => Failure::message(error.to_string()),
+    }
 }
 
 /// The option that sets a field of the session's settings.
@@ -63,68 +61,6 @@ fn flag_of(field: &str) -> String {
         "spindle_event_s" => "--spindle-s".to_owned(),
         other => format!("--{}", other.replace('_', "-")),
     }
-}
-
-/// Adds an error of the session that is about a block; false for one that is not.
-fn add(findings: &mut Findings<'_>, error: &SimError) -> bool {
-    match error {
-        SimError::Travel { .. } => add_travel(findings, Severity::Error, error),
-        SimError::NoAxis {
-            block,
-            axis,
-            machine,
-            ..
-        } => {
-            let hint = "take a machine with that axis, see `lostmotion machine list`";
-            findings.add(
-                Severity::Error,
-                "no-axis",
-                *block,
-                format!("machine \"{machine}\" has no axis {axis}"),
-                Some(hint.to_owned()),
-            );
-        }
-        SimError::Path { block, source, .. } => {
-            findings.add(Severity::Error, "path", *block, source.to_string(), None);
-        }
-        _ => return false,
-    }
-    true
-}
-
-/// Moves beyond the travel as one finding, at the place that is farthest out.
-fn add_travel(findings: &mut Findings<'_>, severity: Severity, error: &SimError) {
-    let SimError::Travel {
-        machine,
-        moves,
-        excesses,
-        hint,
-        ..
-    } = error
-    else {
-        return;
-    };
-    // One finding for all of them: a wrong work offset takes hundreds of blocks out of the travel.
-    // The farthest excess comes first.
-    let Some(worst) = excesses.first() else {
-        return;
-    };
-    let all: Vec<String> = excesses.iter().map(ToString::to_string).collect();
-    let moves = if *moves == 1 {
-        "1 move goes".to_owned()
-    } else {
-        format!("{moves} moves go")
-    };
-    findings.add(
-        severity,
-        "outside-travel",
-        worst.block,
-        format!(
-            "{moves} beyond the travel of machine \"{machine}\": {}; the farthest is here",
-            all.join(", ")
-        ),
-        Some(hint.clone()),
-    );
 }
 
 /// Findings in a program that was accepted, where they are wanted as a document.

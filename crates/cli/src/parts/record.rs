@@ -179,8 +179,8 @@ impl Trace {
 
 /// The files of a run with `--out`.
 struct RunFiles {
-    blocks: BlockWriter<AtomicFile>,
-    reversals: ReversalWriter<AtomicFile>,
+    blocks: BlockWriter<Rows<AtomicFile>>,
+    reversals: ReversalWriter<Rows<AtomicFile>>,
     contour: Option<ContourTrace>,
     motors: Option<MotorTrace>,
     failed: Option<io::Error>,

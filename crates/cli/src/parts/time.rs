@@ -7,7 +7,7 @@ use crate::options::{Format, Interventions, Quality, number, show, threads, whol
 use crate::output::{DONE, Failure, create, create_folder, refuse_input, refuse_inputs};
 use clap::{Args, ValueHint};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
-use lostmotion::report::csv::TimeWriter;
+use lostmotion::report::csv::{Rows, TimeWriter};
 use lostmotion::report::page::time_page;
 use lostmotion::report::text::TextOptions;
 use lostmotion::report::{WriteError, text};
@@ -68,7 +68,7 @@ pub(crate) struct Time {
 
 /// The folder of an answer, with its table of blocks.
 struct TimeFiles {
-    blocks: TimeWriter<AtomicFile>,
+    blocks: TimeWriter<Rows<AtomicFile>>,
     /// Last, so that it goes when the files in it are gone and can take a folder that it made
     /// along.
     folder: OutputFolder,

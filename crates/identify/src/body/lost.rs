@@ -12,6 +12,7 @@
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, Motion, Rates};
 use crate::body::motion::noise_of;
+use serde::Serialize;
 
 /// Deviations of the load's noise that its place has to move by to count as moving. A choice.
 const MOVES_FROM: f64 = 6.0;
@@ -31,7 +32,7 @@ const START: usize = 3;
 const COEFFICIENTS: usize = 4;
 
 /// What is lost after a reversal, at the load.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LostMotion {
     /// All that is lost after long travel.
     pub total: Figure,

@@ -29,9 +29,10 @@ pub use servo::{ServoGains, fit_servo};
 
 use crate::error::FitError;
 use crate::even::EvenGrid;
+use serde::Serialize;
 
 /// A figure with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// The estimate.
     pub value: f64,

@@ -3,6 +3,7 @@
 use super::squares::{Squares, SquaresFit};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
+use serde::Serialize;
 
 /// Half width of an interval, in parts of the figure, from which on the figure is not told.
 const TOLD_SHARE: f64 = 0.5;
@@ -28,14 +29,14 @@ const LATE: usize = 6;
 const COEFFICIENTS: usize = 7;
 
 /// Friction of either direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sided {
     /// Viscous friction forwards and backwards.
     pub viscous: [Figure; 2],
 }
 
 /// Stribeck's decay: friction that is larger at small speeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stribeck {
     /// What breakaway has above sliding.
     pub above: Figure,
@@ -44,7 +45,7 @@ pub struct Stribeck {
 }
 
 /// Inertia and friction, in units of the drive signal.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RigidBody {
     /// Drive signal per acceleration.
     pub inertia: Figure,

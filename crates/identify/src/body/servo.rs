@@ -2,6 +2,7 @@
 
 use super::squares::{Squares, jackknife};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
+use serde::Serialize;
 
 /// Share of the drive signal that a servo law has to leave unexplained at most to be believed.
 const LAW_SHARE: f64 = 0.15;
@@ -21,7 +22,7 @@ const COEFFICIENTS: usize = 8;
 
 /// What was found of a servo: `drive = velocity_gain (position_gain e + feedforward v_ref - v)` and,
 /// with an integral time `T`, the integral of the bracket over `T`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ServoGains {
     /// Time by which the position lags behind the command at a steady speed, s; `None` without a
     /// command.
@@ -33,7 +34,7 @@ pub struct ServoGains {
 }
 
 /// A servo's law.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ServoLaw {
     /// Gain of the position loop, 1/s.
     pub position_gain_per_s: Figure,

@@ -1,6 +1,6 @@
 //! Tables of motion: samples of a plan, signals of one axis; a row a tick.
 
-use super::rows::{POSITION_DECIMALS, RATE_DECIMALS, Rows};
+use super::rows::{ColumnKind, POSITION_DECIMALS, RATE_DECIMALS, Rows, TableCells, TableColumn};
 use lostmotion_base::{AxisId, AxisSet, Clock, Tick, units};
 use lostmotion_drive::AxisSample;
 use lostmotion_drive::config::AxisUnit;
@@ -10,38 +10,87 @@ use std::io::{self, Write};
 /// Writes the columns `t_s`, a position for each axis of the machine (`x_mm` ... `c_deg`), and
 /// `line`, the source line.
 #[derive(Debug)]
-pub struct PlanWriter<W> {
-    rows: Rows<W>,
+pub struct PlanWriter<T> {
+    rows: T,
     axes: AxisSet,
     rotary: AxisSet,
     clock: Clock,
+    /// 1 for positions alone, 3 with velocities and accelerations.
+    derivatives: usize,
 }
 
-impl<W: Write> PlanWriter<W> {
+impl<W: Write> PlanWriter<Rows<W>> {
     /// Starts the table. `rotary` are the joints that turn; where these are not A, B and C (arms),
     /// columns are named `x_deg`, too. `clock` is the one that the samples' ticks count.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn new(out: W, axes: AxisSet, rotary: AxisSet, clock: Clock) -> io::Result<PlanWriter<W>> {
-        // Arms have rotary joints named X or Y: the joint says its unit, not the letter.
-        let unit = |axis: AxisId| if rotary.contains(axis) { "deg" } else { "mm" };
-        let names: Vec<String> = axes
-            .iter()
-            .map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), unit(axis)))
-            .collect();
-        let names = names.iter().map(String::as_str);
-        let rows = Rows::new(
-            out,
-            std::iter::once("t_s")
-                .chain(names)
-                .chain(std::iter::once("line")),
-        )?;
+    pub fn new(
+        out: W,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+    ) -> io::Result<PlanWriter<Rows<W>>> {
+        PlanWriter::start(out, axes, rotary, clock)
+    }
+}
+
+impl<T: TableCells> PlanWriter<T> {
+    /// The same in its form.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn start(
+        out: T::Out,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+    ) -> io::Result<PlanWriter<T>> {
+        PlanWriter::begin(out, axes, rotary, clock, 1)
+    }
+
+    /// The same with the velocity (`x_velocity_mm_s`) and acceleration (`x_acceleration_mm_s2`) of
+    /// each axis behind its position.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn start_with_rates(
+        out: T::Out,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+    ) -> io::Result<PlanWriter<T>> {
+        PlanWriter::begin(out, axes, rotary, clock, 3)
+    }
+
+    fn begin(
+        out: T::Out,
+        axes: AxisSet,
+        rotary: AxisSet,
+        clock: Clock,
+        derivatives: usize,
+    ) -> io::Result<PlanWriter<T>> {
+        let number = |name: String| TableColumn::new(name, ColumnKind::Number);
+        let of_axis = |axis: AxisId| {
+            // Arms have rotary joints named X or Y: the joint says its unit, not the letter.
+            let unit = if rotary.contains(axis) { "deg" } else { "mm" };
+            let letter = axis.letter().to_ascii_lowercase();
+            let names = [
+                format!("{letter}_{unit}"),
+                format!("{letter}_velocity_{unit}_s"),
+                format!("{letter}_acceleration_{unit}_s2"),
+            ];
+            names.into_iter().take(derivatives).map(number)
+        };
+        let mut columns = vec![number("t_s".to_owned())];
+        columns.extend(axes.iter().flat_map(of_axis));
+        columns.push(TableColumn::new("line", ColumnKind::Integer));
         Ok(PlanWriter {
-            rows,
+            rows: T::start(out, &columns)?,
             axes,
             rotary,
             clock,
+            derivatives,
         })
     }
 
@@ -53,18 +102,22 @@ impl<W: Write> PlanWriter<W> {
         for sample in samples {
             self.rows.seconds(sample.tick, self.clock.period_ns());
             for axis in self.axes.iter() {
-                // The plan counts rotary joints in radians, the column is in deg.
-                let position = sample.position[axis];
-                self.rows.number(
-                    if self.rotary.contains(axis) {
-                        units::deg(position)
+                let cells = [
+                    (sample.position[axis], POSITION_DECIMALS),
+                    (sample.velocity[axis], RATE_DECIMALS),
+                    (sample.acceleration[axis], RATE_DECIMALS),
+                ];
+                for (value, decimals) in cells.into_iter().take(self.derivatives) {
+                    // The plan counts rotary joints in radians, the column is in deg.
+                    let value = if self.rotary.contains(axis) {
+                        units::deg(value)
                     } else {
-                        position
-                    },
-                    POSITION_DECIMALS,
-                );
+                        value
+                    };
+                    self.rows.number(value, decimals);
+                }
             }
-            self.rows.integer(u64::from(sample.block.span.line));
+            self.rows.integer(i64::from(sample.block.span.line));
             self.rows.end()?;
         }
         Ok(())
@@ -74,7 +127,7 @@ impl<W: Write> PlanWriter<W> {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(self) -> io::Result<W> {
+    pub fn finish(self) -> io::Result<T::Out> {
         self.rows.finish()
     }
 }
@@ -89,15 +142,15 @@ impl<W: Write> PlanWriter<W> {
 /// `shaft_force_n` (`shaft_torque_nm` at a load that turns): what the shaft does to the load. Where
 /// a method makes no estimate the cell is empty.
 #[derive(Debug)]
-pub struct AxisTraceWriter<W> {
-    rows: Rows<W>,
+pub struct AxisTraceWriter<T> {
+    rows: T,
     clock: Clock,
     units_per_rad: f64,
     /// Force on the load, N or N m, for a torque of 1 N m at the motor.
     force_per_torque: f64,
 }
 
-impl<W: Write> AxisTraceWriter<W> {
+impl<W: Write> AxisTraceWriter<Rows<W>> {
     /// Starts the table. `units_per_rad` is how far the load goes, in `unit`, for a radian of the
     /// motor.
     ///
@@ -108,7 +161,22 @@ impl<W: Write> AxisTraceWriter<W> {
         unit: AxisUnit,
         units_per_rad: f64,
         clock: Clock,
-    ) -> io::Result<AxisTraceWriter<W>> {
+    ) -> io::Result<AxisTraceWriter<Rows<W>>> {
+        AxisTraceWriter::start(out, unit, units_per_rad, clock)
+    }
+}
+
+impl<T: TableCells> AxisTraceWriter<T> {
+    /// The same in its form.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn start(
+        out: T::Out,
+        unit: AxisUnit,
+        units_per_rad: f64,
+        clock: Clock,
+    ) -> io::Result<AxisTraceWriter<T>> {
         let u = unit.symbol();
         // Power is the same on both sides: a force is a torque over the way for a radian.
         let (force, reach) = match unit {
@@ -136,9 +204,20 @@ impl<W: Write> AxisTraceWriter<W> {
             "damping_estimate_nm_s_per_rad".to_owned(),
             force.to_owned(),
         ];
-        let rows = Rows::new(out, header.iter().map(String::as_str))?;
+        // Which flank is in contact is -1, 0 or 1.
+        let kind = |name: &str| {
+            if name.starts_with("engagement") {
+                ColumnKind::Integer
+            } else {
+                ColumnKind::Number
+            }
+        };
+        let columns = header.map(|name| {
+            let kind = kind(&name);
+            TableColumn::new(name, kind)
+        });
         Ok(AxisTraceWriter {
-            rows,
+            rows: T::start(out, &columns)?,
             clock,
             units_per_rad,
             force_per_torque: 1.0 / reach,
@@ -163,11 +242,11 @@ impl<W: Write> AxisTraceWriter<W> {
         rows.number(sample.load_velocity * k, RATE_DECIMALS);
         rows.number(sample.current, RATE_DECIMALS);
         rows.number(sample.torque, RATE_DECIMALS);
-        rows.signed(sample.engagement.sign());
+        rows.integer(sample.engagement.sign().into());
         rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
         // Inertias of 1e-3 kg m2 and less: decimals as for positions.
         rows.number(sample.inertia_estimate, POSITION_DECIMALS);
-        rows.signed(sample.engagement_estimate.sign());
+        rows.integer(sample.engagement_estimate.sign().into());
         rows.number(sample.stiffness_estimate, RATE_DECIMALS);
         rows.number(sample.damping_estimate, RATE_DECIMALS);
         rows.number(sample.shaft_torque * self.force_per_torque, RATE_DECIMALS);
@@ -178,7 +257,7 @@ impl<W: Write> AxisTraceWriter<W> {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(self) -> io::Result<W> {
+    pub fn finish(self) -> io::Result<T::Out> {
         self.rows.finish()
     }
 }

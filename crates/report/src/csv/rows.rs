@@ -43,6 +43,13 @@ impl TableColumn {
     }
 }
 
+/// Columns from their names and kinds.
+pub(super) fn columns<const N: usize>(named: [(&str, ColumnKind); N]) -> Vec<TableColumn> {
+    named
+        .map(|(name, kind)| TableColumn::new(name, kind))
+        .to_vec()
+}
+
 /// A table that takes its rows cell by cell, whatever its form. Private to this crate: cells have to
 /// come in the order of the columns.
 pub trait TableCells: Sized {
@@ -58,6 +65,12 @@ pub trait TableCells: Sized {
     fn number(&mut self, value: f64, decimals: usize);
     #[doc(hidden)]
     fn integer(&mut self, value: i64);
+    /// The time `tick * period_ns` in s.
+    #[doc(hidden)]
+    fn seconds(&mut self, tick: u64, period_ns: u64) {
+        // An integer of nanoseconds over 1e9 is the number nearest to the decimal fraction.
+        self.number(tick.saturating_mul(period_ns) as f64 / 1e9, 9);
+    }
     #[doc(hidden)]
     fn end(&mut self) -> io::Result<()>;
     /// Writes what is left and gives the writer back.
@@ -81,7 +94,16 @@ impl<W: Write> TableCells for Rows<W> {
     }
 
     fn integer(&mut self, value: i64) {
-        self.signed(value);
+        self.comma();
+        if value < 0 {
+            self.buffer.push(b'-');
+        }
+        push_integer(&mut self.buffer, value.unsigned_abs());
+    }
+
+    fn seconds(&mut self, tick: u64, period_ns: u64) {
+        self.comma();
+        push_seconds(&mut self.buffer, tick.saturating_mul(period_ns), period_ns);
     }
 
     fn end(&mut self) -> io::Result<()> {
@@ -131,28 +153,6 @@ impl<W: Write> Rows<W> {
     pub(super) fn number(&mut self, value: f64, decimals: usize) {
         self.comma();
         push_fixed(&mut self.buffer, value, decimals);
-    }
-
-    /// A whole number.
-    pub(super) fn integer(&mut self, value: u64) {
-        self.comma();
-        push_integer(&mut self.buffer, value);
-    }
-
-    /// A small number with its sign.
-    pub(super) fn signed(&mut self, value: impl Into<i64>) {
-        let value: i64 = value.into();
-        self.comma();
-        if value < 0 {
-            self.buffer.push(b'-');
-        }
-        push_integer(&mut self.buffer, value.unsigned_abs());
-    }
-
-    /// The time `tick * period_ns` in s, exact.
-    pub(super) fn seconds(&mut self, tick: u64, period_ns: u64) {
-        self.comma();
-        push_seconds(&mut self.buffer, tick.saturating_mul(period_ns), period_ns);
     }
 
     /// Text, quoted where it has to be. Line breaks inside become blanks, so that a row is a line.

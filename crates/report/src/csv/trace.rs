@@ -1,6 +1,6 @@
 //! Traces: what is known of a run at servo ticks.
 
-use super::rows::{ColumnKind, ERROR_DECIMALS, Rows, TableCells, TableColumn};
+use super::rows::{ColumnKind, ERROR_DECIMALS, Rows, TableCells, TableColumn, columns};
 use lostmotion_sim::{ContourPoint, MotorPoint};
 use std::io::{self, Write};
 
@@ -130,7 +130,7 @@ impl<T: Clone> Thinned<T> {
 /// Columns of [`ContourWriter`].
 fn contour_columns() -> Vec<TableColumn> {
     use ColumnKind::{Integer, Number, Text};
-    let columns = [
+    columns([
         ("method", Text),
         ("t_s", Number),
         ("foot_x_mm", Number),
@@ -151,10 +151,7 @@ fn contour_columns() -> Vec<TableColumn> {
         ("tool_y_mm", Number),
         ("tool_z_mm", Number),
         ("moving", Integer),
-    ];
-    columns
-        .map(|(name, kind)| TableColumn::new(name, kind))
-        .to_vec()
+    ])
 }
 
 /// Writes the fields of [`ContourPoint`] with the method's name before them. Peaks of a group are

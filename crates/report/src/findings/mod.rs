@@ -1,5 +1,6 @@
 //! What was found in a part program and by a run of it, for other programs: JSON and SARIF 2.1.0.
 
+mod refusal;
 mod run;
 mod sarif;
 
