@@ -1,6 +1,6 @@
 //! Whether a corner is passed faster by a blend or by a stop.
 
-use crate::condition::Judge;
+use crate::condition::{Judge, LinearJoint};
 use crate::corner::usual_overlap_s;
 use crate::demand::{Demand, Direction, Interval};
 use crate::intervals::{Intervals, demands};
@@ -8,7 +8,8 @@ use crate::machine::{Machine, NO_LIMIT};
 use crate::piece::{PathStep, Piece, Programmed, Soft};
 use crate::profile::{Node, Task, duration_s, ideal, plan};
 use crate::soft;
-use lostmotion_base::Coords;
+use lostmotion_base::real::Jet;
+use lostmotion_base::{AXES, Coords};
 use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
 
@@ -19,7 +20,7 @@ const SOFT_SHARE: f64 = 0.5;
 
 /// Part of the time between a profile without a jerk limit and the averaged one that counts. Tuned
 /// on single corners of 5 to 60 degrees, 1 to 40 mm, within 1 to 100 um.
-const AVERAGED_SHARE: f64 = 0.8;
+const AVERAGED_SHARE: f64 = 0.25;
 
 /// Decides by time.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +108,31 @@ impl Judge for TimeJudge<'_> {
             between(ideal, long.min(short))
         });
         (!out_of_reach).then_some(part * time_s)
+    }
+
+    fn joints_at(&self, place: &Coords, tool_mm: &[f64; 3]) -> Vec<LinearJoint> {
+        let mut per_mm = [[0.0; 3]; AXES];
+        for axis in 0..3 {
+            let program: [Jet; AXES] = std::array::from_fn(|k| {
+                Jet::new(place.0[k], if k == axis { 1.0 } else { 0.0 }, 0.0, 0.0)
+            });
+            let Ok(joints) = self.kinematics.inverse_jet(&program, tool_mm) else {
+                return Vec::new();
+            };
+            for (joint, jet) in per_mm.iter_mut().zip(joints) {
+                joint[axis] = jet.0[1];
+            }
+        }
+        self.machine
+            .joints()
+            .map(|(index, [velocity, acceleration, jerk])| LinearJoint {
+                per_mm: per_mm[index],
+                velocity,
+                acceleration,
+                jerk,
+            })
+            .filter(|joint| joint.per_mm != [0.0; 3])
+            .collect()
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
@@ -291,5 +317,6 @@ impl TimeJudge<'_> {
 
 /// The averaged profile alone is too slow, the one without a jerk limit too fast.
 fn between(ideal_s: f64, averaged_s: f64) -> f64 {
-    ideal_s + AVERAGED_SHARE * (averaged_s - ideal_s)
+    // The window that the first one is given may be longer than is needed.
+    averaged_s.min(ideal_s + AVERAGED_SHARE * (averaged_s - ideal_s))
 }

@@ -1,6 +1,8 @@
 //! Blends: a polynomial piece in place of the last stretch of one curve and the first of the next.
 
+use super::tube::LinearJoint;
 use crate::piece::{PathStep, Piece, Programmed, Soft, size};
+use lostmotion_base::Coords;
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half of a blend on which its deviation is bounded. A choice: the bound holds
@@ -42,6 +44,9 @@ pub(crate) trait Judge {
     /// A part of the same; `None` where even a straight way as long at the same feeds takes that
     /// long.
     fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64>;
+
+    /// The joints that a straight way at a place moves; none where that cannot be told.
+    fn joints_at(&self, place: &Coords, tool_mm: &[f64; 3]) -> Vec<LinearJoint>;
 
     /// How soft the motions before and after a stop should be, so that they may overlap.
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;

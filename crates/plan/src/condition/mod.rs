@@ -13,6 +13,7 @@ mod run;
 mod tube;
 
 pub(crate) use blend::Judge;
+pub(crate) use tube::LinearJoint;
 
 use crate::PlannerConfig;
 use crate::piece::{PathStep, Piece, Programmed, Stop};
@@ -20,7 +21,7 @@ use joint::Junction;
 use lostmotion_path::{Curve, HermiteEnd};
 use moves::Joiner;
 use std::sync::Arc;
-use tube::{Found, Tie, Way};
+use tube::{Found, Steady, Tie, Way};
 
 /// Lines of a section with which it is worked off. A choice: bounds memory.
 const SECTION_LINES: usize = 4096;
@@ -183,7 +184,7 @@ impl Conditioner {
             }
             Taken::Curve { state, rest } => {
                 let (to, end) = self.end(rests);
-                match self.find(self.from, Tie::State(*state), to, end) {
+                match self.find([self.from, to], [Tie::State(*state), end], judge) {
                     Some(found) => {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
@@ -221,7 +222,7 @@ impl Conditioner {
         let found = match &self.taken {
             Taken::Open => self.decide([from, last.length], [start, Tie::Place], judge),
             _ => self
-                .find(from, start, last.length, Tie::Place)
+                .find([from, last.length], [start, Tie::Place], judge)
                 .ok_or_else(Vec::new),
         };
         match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
@@ -312,8 +313,25 @@ impl Conditioner {
         (bent, Tie::State(last.state(bent)))
     }
 
-    fn find(&self, from: f64, start: Tie, to: f64, end: Tie) -> Option<Found> {
-        tube::curve(&self.way(from, to)?, [start, end])
+    fn find(
+        &self,
+        [from, to]: [f64; 2],
+        [start, end]: [Tie; 2],
+        judge: &dyn Judge,
+    ) -> Option<Found> {
+        let way = self.way(from, to)?;
+        let ties = [start, end];
+        let steady = tube::curve(&way, ties)?;
+        Some(self.faster(steady, &way, ties, judge))
+    }
+
+    /// The fastest curve along the same way.
+    fn faster(&self, steady: Steady, way: &Way<'_>, ties: [Tie; 2], judge: &dyn Judge) -> Found {
+        let Some(first) = self.section.first() else {
+            return steady.found;
+        };
+        let joints = judge.joints_at(&first.curve.start(), &first.tool_mm);
+        steady.faster(way, ties, &joints)
     }
 
     /// The lines of the section with their tolerances.
@@ -350,8 +368,10 @@ impl Conditioner {
             FASTER_PART
         };
         let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
-            self.find(from, start, to, end)
-                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+            let way = self.way(from, to)?;
+            tube::curve(&way, [start, end])
+                .filter(|steady| self.curve_s(&steady.found, from, to, judge) < most_s)
+                .map(|steady| self.faster(steady, &way, [start, end], judge))
         });
         found.ok_or_else(|| {
             self.joiner = joiner;

@@ -32,8 +32,9 @@ impl JointPlace {
 pub(crate) struct JointSpan {
     /// At either end.
     pub(crate) ends: [JointPlace; 2],
-    /// Least and largest third, which steps from piece to piece.
-    pub(crate) third: [[f64; AXES]; 2],
+    /// What bounds the third downward and upward near either end: where pieces meet in between it
+    /// steps, and its extremes count at both ends.
+    pub(crate) third: [[[f64; AXES]; 2]; 2],
     pub(crate) feed: f64,
 }
 
@@ -137,12 +138,16 @@ impl<'a> JointCourse<'a> {
     pub(crate) fn over(&mut self, from: f64, to: f64) -> Option<JointSpan> {
         self.find(from);
         let first = self.on_piece(from)?;
-        let mut span = JointSpan {
-            ends: [first; 2],
-            third: [first.d[2]; 2],
-            feed: first.feed,
+        let mut feed = first.feed;
+        let (mut low, mut high) = (first.d[2], first.d[2]);
+        let mut take = |place: &JointPlace| {
+            for (joint, d3) in place.d[2].into_iter().enumerate() {
+                low[joint] = low[joint].min(d3);
+                high[joint] = high[joint].max(d3);
+            }
+            feed = feed.min(place.feed);
         };
-        let mut here = from;
+        let (mut here, before) = (from, self.index);
         // Third derivatives step where pieces meet, so that both sides of each meeting count.
         while let Some((next, _)) = self
             .section
@@ -150,27 +155,36 @@ impl<'a> JointCourse<'a> {
             .get(self.index + 1)
             .filter(|(next, _)| *next < to)
         {
-            span.take(&self.on_piece(0.5 * (here + next))?);
-            span.take(&self.on_piece(*next)?);
+            take(&self.on_piece(0.5 * (here + next))?);
+            take(&self.on_piece(*next)?);
             self.index += 1;
-            span.take(&self.on_piece(*next)?);
+            take(&self.on_piece(*next)?);
             here = *next;
         }
-        span.take(&self.on_piece(0.5 * (here + to))?);
-        span.ends[1] = self.on_piece(to)?;
-        let last = span.ends[1];
-        span.take(&last);
-        Some(span)
-    }
-}
-
-impl JointSpan {
-    fn take(&mut self, place: &JointPlace) {
-        for (joint, d3) in place.d[2].into_iter().enumerate() {
-            self.third[0][joint] = self.third[0][joint].min(d3);
-            self.third[1][joint] = self.third[1][joint].max(d3);
-        }
-        self.feed = self.feed.min(place.feed);
+        let middle = self.on_piece(0.5 * (here + to))?;
+        take(&middle);
+        let last = self.on_piece(to)?;
+        take(&last);
+        let third = if self.index == before {
+            // On one piece it goes from one end to the other; what bulges between them counts at
+            // both.
+            [&first, &last].map(|end| {
+                [-1.0, 1.0].map(|side| {
+                    std::array::from_fn(|joint| {
+                        let mean = 0.5 * (first.d[2][joint] + last.d[2][joint]);
+                        let bulge = (side * (middle.d[2][joint] - mean)).max(0.0);
+                        end.d[2][joint] + side * bulge
+                    })
+                })
+            })
+        } else {
+            [[low, high]; 2]
+        };
+        Some(JointSpan {
+            ends: [first, last],
+            third,
+            feed,
+        })
     }
 }
 
@@ -210,7 +224,6 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
             cap = cap.min(v / left[0].abs().max(right[0].abs()).max(f64::MIN_POSITIVE));
             let half = 0.5 * grid.width(interval);
             // b and b' at an end from those in the middle.
-            let [low, high] = [0, 1].map(|side| span.third[side][*joint]);
             // q'' b + q' b'/2 at the right end, expanded about the middle.
             let acceleration = [
                 right[1],
@@ -228,9 +241,10 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
                     f: acceleration.map(|f| f * share),
                     end: 0.0,
                 });
-                // The extreme third derivative to this side bounds all of the interval.
-                let third = if side > 0.0 { high } else { low };
-                for (end, at) in [(-1.0, &left), (1.0, &right)] {
+                for (end, at, third) in
+                    [(-1.0, &left, &span.third[0]), (1.0, &right, &span.third[1])]
+                {
+                    let third = third[usize::from(side > 0.0)][*joint];
                     let x = end * half;
                     // q''' b + 3/2 q'' b' + q' b''/2; the factor sqrt(b) is taken by the solver.
                     let jerk = [

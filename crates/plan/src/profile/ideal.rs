@@ -50,7 +50,8 @@ fn with_peaks(machine: &Machine, intervals: &[Interval], ends: &[Node]) -> Vec<N
         // be too fast, never too slow.
         let a = machine.pull(&interval.demand, from.b.min(to.b));
         let peak = (0.5 * (from.b + to.b) + a * (to.s - from.s)).min(interval.cap * interval.cap);
-        if peak > from.b.max(to.b) {
+        // Along the cap up to an end, too.
+        if peak >= from.b.max(to.b) && peak > from.b.min(to.b) {
             nodes.push(Node::new(from.s + 0.5 * (peak - from.b) / a, peak));
             nodes.push(Node::new(to.s - 0.5 * (peak - to.b) / a, peak));
         }

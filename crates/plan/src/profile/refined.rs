@@ -32,7 +32,7 @@ const REPAIR_COMPLEMENTARITY: f64 = 0.02;
 const LAST_COMPLEMENTARITY: f64 = 1e-4;
 /// Most steps of the interior-point method in one solution. A choice: six whole steps suffice at
 /// `CENTERING`; short ones take more.
-const MAX_STEPS: usize = 20;
+const MAX_STEPS: usize = 40;
 /// How often a span for which no faster motion was found is split. A choice: eight parts at most;
 /// each costs a solution.
 const MAX_SPLITS: usize = 3;
@@ -41,7 +41,7 @@ const MAX_SPLITS: usize = 3;
 const KEPT_STEPS: f64 = 2.0;
 /// How often goals are made stricter where limits are passed, before the base is kept. A choice:
 /// each solves the span again.
-const MAX_REPAIRS: usize = 3;
+const MAX_REPAIRS: usize = 8;
 /// Factor on a goal beyond the excess of its limit. A choice: less needs further repairs, more
 /// costs time on the path.
 const GOAL_REPAIR: f64 = 0.997;
@@ -194,18 +194,24 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
     // Even times of the base make intervals that are short where the motion is slow.
-    let states = states(base, (0..=count as usize).map(|k| time(k as f64)));
+    let mut times: Vec<f64> = (0..=count as usize).map(|k| time(k as f64)).collect();
+    let snapped = snap(section, &mut times);
+    let mut states = states(base, times.iter().copied());
+    // Without rounding: a place beside the meeting is on another piece.
+    for (k, s) in snapped {
+        states[k].s = s;
+    }
     // b(s) needs forward motion in every interval.
     let stuck = states
         .windows(2)
         .position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
     if let Some(interval) = stuck {
-        return Err(time(interval as f64 + 0.5));
+        return Err(0.5 * (times[interval] + times[interval + 1]));
     }
     let grid = Grid::new(states.iter().map(|state| state.s).collect());
-    let start = start(base, &grid, &states, (from, to)).ok_or(middle)?;
+    let start = start(base, &grid, &states, &times).ok_or(middle)?;
     let mut problem = problem(section, &grid).ok_or(middle)?;
-    let mut beyond = 0.5 * count;
+    let mut beyond = middle;
     let (mut c, mut first) = (start, FIRST_COMPLEMENTARITY);
     // Solve, prove, make goals stricter where the proof fails. A repair starts near its solution
     // and so with little complementarity.
@@ -217,30 +223,78 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
             MAX_STEPS,
         );
         first = REPAIR_COMPLEMENTARITY;
-        let knots = knots(&grid, &c).map_err(|interval| time(interval as f64 + 0.5))?;
+        let knots =
+            knots(&grid, &c).map_err(|interval| 0.5 * (times[interval] + times[interval + 1]))?;
         // Without a gain the base is kept.
         if knots.last().is_none_or(|last| last.t >= to - from) {
             return Err(middle);
         }
         match repaired(section, &mut problem, &knots) {
             Ok(()) => return Ok(knots),
-            Err(interval) => beyond = interval as f64 + 0.5,
+            Err(interval) => beyond = 0.5 * (times[interval] + times[interval + 1]),
         }
     }
-    Err(time(beyond))
+    Err(beyond)
+}
+
+/// Least distance of two times, in steps. A choice.
+const LEAST_STEP: f64 = 0.35;
+
+/// Moves times to when the base goes from piece to piece, where third derivatives step: an interval
+/// with two of them has the limits of both.
+fn snap(section: &Section<'_>, times: &mut [f64]) -> Vec<(usize, f64)> {
+    let mut snapped = Vec::new();
+    let base = section.base;
+    let last = times.len() - 1;
+    let step = (times[last] - times[0]) / last as f64;
+    let mut k = 1;
+    let mut place = state_at(base, times[1]).s;
+    let first = state_at(base, times[0]).s;
+    let from = section.pieces.partition_point(|(start, _)| *start <= first);
+    let mut next_free = 1;
+    for (start, _) in section.pieces.range(from..) {
+        while place < *start && k < last {
+            k += 1;
+            place = state_at(base, times[k]).s;
+        }
+        if place < *start {
+            break;
+        }
+        // When the base is there: a root in the interval before.
+        let (mut low, mut high) = (times[k - 1], times[k]);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if state_at(base, middle).s < *start {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let near = if high - times[k - 1] < times[k] - high {
+            k - 1
+        } else {
+            k
+        };
+        if near >= next_free
+            && near < last
+            && high - times[near - 1] > LEAST_STEP * step
+            && times[near + 1] - high > LEAST_STEP * step
+        {
+            times[near] = high;
+            snapped.push((near, *start));
+            next_free = near + 1;
+            if near == k {
+                place = *start;
+            }
+        }
+    }
+    snapped
 }
 
 /// Coefficients of the base.
-fn start(
-    base: &[Knot],
-    grid: &Grid,
-    states: &[PathState],
-    (from, to): (f64, f64),
-) -> Option<Vec<f64>> {
-    let count = grid.len() as f64;
+fn start(base: &[Knot], grid: &Grid, states: &[PathState], times: &[f64]) -> Option<Vec<f64>> {
     let mut c = vec![0.0; grid.len() + 2];
-    let middles =
-        (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
+    let middles = (1..grid.len() - 1).map(|k| 0.5 * (times[k] + times[k + 1]));
     // A coefficient of the quadratic spline is nearly b in the middle of its interval.
     for (c, middle) in c[2..].iter_mut().zip(crate::motion::states(base, middles)) {
         *c = middle.v * middle.v;

@@ -41,7 +41,7 @@ fn holds(plan: &Plan, step: usize, longest_ms: usize) {
 #[test]
 fn a_hold_at_any_time_keeps_limits_and_path_and_resumes_to_the_same_end() {
     for program in [square(), circle(), sine(), pocket()] {
-        holds(&Plan::program(&program), 170, 500);
+        holds(&Plan::program(&program), 170, 600);
     }
 }
 

@@ -7,7 +7,7 @@ use crate::common::{
 };
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
-use lostmotion_plan::{FeedLimit, PlanItem, PlannerConfig, Sample};
+use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Sample};
 use std::f64::consts::{PI, TAU};
 
 fn seconds(samples: &[Sample]) -> f64 {
@@ -78,15 +78,30 @@ fn distance(point: Coords, curves: impl Iterator<Item = Curve>) -> f64 {
 
 /// Along a curve inside the tube each sample is where it says.
 const CURVE: [f64; 2] = [1.1, 1e-6];
-/// Blends, and corners that are rounded in time, say so to first order.
+/// Blends say so to first order, and so do corners that are rounded in time.
 const ANY: [f64; 2] = [8.0, 1e-6];
 /// Retimed samples lie between nominal ones, so that near a change of feed they are a little faster.
 const RETIMED: [f64; 2] = [8.0, 2e-3];
 
+/// How far from the ends of a move two motions that add up may be, in tolerances: at equal distances
+/// x from a corner between the directions d and e the tool is x |e - d| from it.
+fn rounded(moves: &[Move], k: usize) -> f64 {
+    let pairs = moves[k.saturating_sub(1)..moves.len().min(k + 2)].windows(2);
+    pairs
+        .map(|pair| {
+            let (d, e) = (
+                pair[0].curve.eval(pair[0].curve.length()).d1,
+                pair[1].curve.eval(0.0).d1,
+            );
+            1.0 / (e - d).linear_norm()
+        })
+        .fold(0.0, f64::max)
+}
+
 /// What an outsider finds: limits by differences; both sides of the tube against the lines alone,
 /// those that a sample names and those beside them; every vertex against the chords of the samples;
-/// feed; the place that each sample names is within `named` tolerances of it, and the feed is passed
-/// by no more than the part `over`.
+/// feed; the place that each sample names is within `named` tolerances of it, or of a corner that may be
+/// rounded in time as far as that reaches, and the feed is passed by no more than the part `over`.
 fn judge(program: &Program, samples: &[Sample], tolerance: f64, [named, over]: [f64; 2]) {
     assert_limits(samples, &[Some(LIMITS); 3]);
     let moves = &program.moves;
@@ -101,8 +116,13 @@ fn judge(program: &Program, samples: &[Sample], tolerance: f64, [named, over]: [
             "{side} mm beside line {k} of {tolerance}"
         );
         // The place that is named is one on the way, not just any.
+        let reach = if named > CURVE[0] {
+            rounded(moves, k)
+        } else {
+            0.0
+        };
         assert!(
-            off <= named * tolerance + 1e-9,
+            off <= named.max(reach) * tolerance + 1e-9,
             "{off} mm from {k} {}",
             sample.s
         );
@@ -200,10 +220,10 @@ fn dense_points_take_the_time_of_their_circle() {
 #[test]
 fn zigzags_swing_across_the_tube() {
     for (degrees, least_ms, factor) in [
-        (6.0, 32.0, 1.15),
-        (10.0, 40.0, 1.08),
-        (20.0, 66.0, 1.18),
-        (30.0, 80.0, 1.2),
+        (6.0, 32.0, 1.09),
+        (10.0, 40.0, 1.06),
+        (20.0, 66.0, 1.10),
+        (30.0, 80.0, 1.14),
     ] {
         let program = zigzag(2.0, degrees, 60, 0.01);
         let samples = program.run();
@@ -214,6 +234,27 @@ fn zigzags_swing_across_the_tube() {
             "{degrees} degrees: {corner_ms} ms a corner, {least_ms} can be reached"
         );
     }
+}
+
+/// Hexagons of sides so short that their corners are one motion: a linear program over the jerk takes
+/// 43.8 ms a corner, and the smoothest curve at a steady pace 51.
+#[test]
+fn corners_that_are_near_each_other_are_one_motion() {
+    let program = turned(0.46, 72, 0.01, |_| PI / 3.0);
+    let samples = program.run();
+    judge(&program, &samples, 0.01, ANY);
+    let corner_ms = 1e3 * seconds(&samples) / 72.0;
+    assert!(corner_ms <= 1.14 * 43.8, "{corner_ms}");
+}
+
+/// One corner between lines that are long enough for any speed: a linear program over the jerk takes
+/// 0.312 s.
+#[test]
+fn a_single_corner_is_passed_within_its_tube() {
+    let program = turned(5.0, 2, 0.01, |_| PI / 6.0);
+    let samples = program.run();
+    judge(&program, &samples, 0.01, ANY);
+    assert!(seconds(&samples) <= 1.06 * 0.312, "{}", seconds(&samples));
 }
 
 /// A kind of lines that follow from a seed: even or uneven, on a grid or not.
@@ -337,8 +378,9 @@ fn fillets_take_as_long_as_arcs_and_as_chords() {
             judge(&program, &samples, tolerance, FILLETS);
             seconds(&samples)
         });
+        // A curve has to gain more to take the place of arcs.
         assert!(
-            (arcs / chords - 1.0).abs() < 0.01,
+            (arcs / chords - 1.0).abs() < 0.02,
             "P {tolerance}: {arcs} s as arcs, {chords} s as chords"
         );
     }

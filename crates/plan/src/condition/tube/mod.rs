@@ -8,14 +8,16 @@
 
 mod fit;
 mod spline;
+mod swing;
 mod way;
 
 use crate::piece::Piece;
-use fit::{Fit, Site};
+use fit::{Fit, Site, Squared};
 use lostmotion_base::Coords;
 use lostmotion_base::vec::{Vec3, along, dot, norm, sub};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
 use spline::Breaks;
+pub(crate) use swing::LinearJoint;
 pub(super) use way::Way;
 
 /// Part of the tolerance that the curve is aimed at at its sites. A choice: what lies between two
@@ -72,6 +74,23 @@ pub(super) struct Found {
     pub(super) places: Vec<(usize, f64)>,
 }
 
+/// The smoothest curve at a steady pace.
+#[derive(Clone, Debug)]
+pub(super) struct Steady {
+    pub(super) found: Found,
+    breaks: Breaks,
+    coefficients: Vec<Vec3>,
+}
+
+impl Steady {
+    /// The fastest curve along the same way, or this one.
+    pub(super) fn faster(self, way: &Way<'_>, ties: [Tie; 2], joints: &[LinearJoint]) -> Found {
+        swing::curve(way, ties, (&self.breaks, &self.coefficients), joints)
+            .and_then(|swung| assembled(&swung.way, &swung.breaks, &swung.states))
+            .unwrap_or(self.found)
+    }
+}
+
 /// How many pieces the curve along a way will have; 0 where there will be none.
 pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
     way.breaks(ties.map(|tie| tie.direction()))
@@ -79,7 +98,7 @@ pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
 }
 
 /// The curve along a way; `None` where none can be proven.
-pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
+pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Steady> {
     let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
     let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
@@ -101,20 +120,30 @@ pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Found> {
     if head + tail >= count {
         return None;
     }
-    let fit = Fit::new(&breaks, head..count - tail);
+    let fit = Fit::new(&breaks, Squared, head..count - tail);
     let mut sites = sites(way, &breaks);
     for round in 0..MAX_NARROWINGS {
         let settled = fit.solve(&mut coefficients, &mut sites);
         let states = breaks.states(&coefficients);
-        let excess = TubeExcess::new(way, &breaks, &states);
+        let excess = TubeExcess::new(way, &breaks, |k| {
+            Cubic::new(&states[k], &states[k + 1], breaks.0[k + 1] - breaks.0[k])
+        });
         if excess.is_none() {
-            return assembled(way, &breaks, &states);
+            return Some(Steady {
+                found: assembled(way, &breaks, &states)?,
+                breaks,
+                coefficients,
+            });
         }
         // A fit that does not settle again will not.
         if !settled && round > 0 {
             return None;
         }
-        excess.narrow(way, &breaks, &mut sites, round);
+        excess.narrow(&mut sites, round, |k, vertex| {
+            let w = way.end_of(vertex.max(1) - 1);
+            let radius = AIMED_PART * way.vertex_tolerance(vertex);
+            Site::new(&breaks, k, w, way.vertex(vertex), radius)
+        });
     }
     None
 }
@@ -171,23 +200,27 @@ struct TubeExcess {
 }
 
 impl TubeExcess {
-    fn new(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> TubeExcess {
+    fn new<S: TubeStretch>(
+        way: &Way<'_>,
+        breaks: &Breaks,
+        stretch: impl Fn(usize) -> S,
+    ) -> TubeExcess {
         let mut excess = TubeExcess {
             sides: vec![0.0; breaks.intervals()],
             vertices: vec![(0.0, 0); breaks.intervals()],
         };
         let mut line = 0;
-        for (k, ends) in states.windows(2).enumerate() {
+        for k in 0..breaks.intervals() {
             let (a, b) = (breaks.0[k], breaks.0[k + 1]);
-            let cubic = Cubic::new(&ends[0], &ends[1], b - a);
-            let mut left = cubic.at(0.0);
+            let curve = stretch(k);
+            let mut left = curve.place(0.0);
             // Each line by itself.
             loop {
                 let to = way.end_of(line).min(b);
-                let right = cubic.at(to - a);
+                let right = curve.place(to - a);
                 let tolerance = way.leg_tolerance(line);
                 let enough = PROVEN_PART * tolerance;
-                let most = cubic.farthest(way, line, [left, right], enough, HULL_HALVINGS);
+                let most = curve.farthest(way, line, [left, right], enough, HULL_HALVINGS);
                 excess.sides[k] = excess.sides[k].max(most / enough);
                 left = right;
                 if way.end_of(line) > b || line + 1 == way.legs() {
@@ -198,7 +231,7 @@ impl TubeExcess {
                     continue;
                 }
                 let near = VERTEX_PART * way.vertex_tolerance(line);
-                let off = norm(sub(right.p, way.vertex(line))) / near;
+                let off = norm(sub(curve.point(&right), way.vertex(line))) / near;
                 if off > excess.vertices[k].0 {
                     excess.vertices[k] = (off, line);
                 }
@@ -212,15 +245,21 @@ impl TubeExcess {
             && self.vertices.iter().all(|(part, _)| *part <= 1.0)
     }
 
-    /// Makes sites of the vertices that are missed, and narrows the tube where that is not enough.
-    fn narrow(mut self, way: &Way<'_>, breaks: &Breaks, sites: &mut Vec<Site>, round: usize) {
+    /// Makes sites of the vertices that are missed, given interval and vertex, and narrows the tube
+    /// where that is not enough.
+    fn narrow(
+        mut self,
+        sites: &mut Vec<Site>,
+        round: usize,
+        site_at: impl Fn(usize, usize) -> Site,
+    ) {
         for (k, (part, vertex)) in self.vertices.into_iter().enumerate() {
-            let place = way.vertex(vertex);
-            let w = way.end_of(vertex.max(1) - 1);
-            let is_new = !sites.iter().any(|site| site.w == w && site.place == place);
+            let new = site_at(k, vertex);
+            let is_new = !sites
+                .iter()
+                .any(|site| site.w == new.w && site.place == new.place);
             if part > 1.0 && part >= self.sides[k] && is_new {
-                let radius = AIMED_PART * way.vertex_tolerance(vertex);
-                sites.push(Site::new(breaks, k, w, place, radius));
+                sites.push(new);
                 self.sides[k] = 0.0;
             } else {
                 self.sides[k] = self.sides[k].max(part);
@@ -242,7 +281,27 @@ impl TubeExcess {
     }
 }
 
-/// One interval of the curve.
+/// One interval of a curve.
+trait TubeStretch {
+    /// A place on it.
+    type Place: Copy;
+
+    fn place(&self, x: f64) -> Self::Place;
+    fn point(&self, place: &Self::Place) -> Vec3;
+
+    /// Bound of its distance from a line between two places, by the hull of the control points
+    /// there; that of the halves is nearer to the curve.
+    fn farthest(
+        &self,
+        way: &Way<'_>,
+        line: usize,
+        ends: [Self::Place; 2],
+        enough: f64,
+        halvings: u32,
+    ) -> f64;
+}
+
+/// An interval of a cubic spline.
 #[derive(Clone, Copy, Debug)]
 struct Cubic {
     p: Vec3,
@@ -278,9 +337,19 @@ impl Cubic {
             d1: std::array::from_fn(|i| d1[i] + (d2[i] + 0.5 * d3[i] * x) * x),
         }
     }
+}
 
-    /// Bound of its distance from a line between two places, by the hull of the control points
-    /// there; that of the halves is nearer to the curve.
+impl TubeStretch for Cubic {
+    type Place = CubicPlace;
+
+    fn place(&self, x: f64) -> CubicPlace {
+        self.at(x)
+    }
+
+    fn point(&self, place: &CubicPlace) -> Vec3 {
+        place.p
+    }
+
     fn farthest(
         &self,
         way: &Way<'_>,
@@ -296,11 +365,46 @@ impl Cubic {
             along(right.p, right.d1, -third),
             right.p,
         ];
-        let most = way.off(line, hull);
+        let most = way.off(line, &hull);
         if most <= enough || halvings == 0 || third <= 0.0 {
             return most;
         }
         let middle = self.at(0.5 * (left.x + right.x));
+        [[left, middle], [middle, right]]
+            .map(|half| self.farthest(way, line, half, enough, halvings - 1))
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+}
+
+impl TubeStretch for Quintic {
+    type Place = f64;
+
+    fn place(&self, x: f64) -> f64 {
+        x
+    }
+
+    fn point(&self, x: &f64) -> Vec3 {
+        Quintic::point(self, x.min(self.length())).linear()
+    }
+
+    fn farthest(
+        &self,
+        way: &Way<'_>,
+        line: usize,
+        [left, right]: [f64; 2],
+        enough: f64,
+        halvings: u32,
+    ) -> f64 {
+        let hull = self
+            .sub(left, right.min(self.length()))
+            .control_points()
+            .map(|point| point.linear());
+        let most = way.off(line, &hull);
+        if most <= enough || halvings == 0 || right <= left {
+            return most;
+        }
+        let middle = 0.5 * (left + right);
         [[left, middle], [middle, right]]
             .map(|half| self.farthest(way, line, half, enough, halvings - 1))
             .into_iter()

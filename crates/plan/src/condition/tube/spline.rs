@@ -46,6 +46,11 @@ impl Breaks {
         (self.at(j - 2) + self.at(j - 1) + self.at(j)) / 3.0
     }
 
+    /// The breaks from which coefficient j takes its weight.
+    pub(super) fn knots(&self, j: usize) -> [f64; 3] {
+        [-2, -1, 0].map(|d| self.at(j as isize + d))
+    }
+
     /// Weights of the coefficients of interval k at a place (Cox and de Boor).
     pub(super) fn basis(&self, k: usize, w: f64) -> [f64; ORDER] {
         let k = k as isize;
@@ -66,13 +71,23 @@ impl Breaks {
 
     /// The third derivative on interval k as weights of its coefficients.
     pub(super) fn third(&self, k: usize) -> [f64; ORDER] {
+        self.differences(k, 3)
+    }
+
+    /// The second derivative where interval k begins as weights of its coefficients.
+    pub(super) fn second(&self, k: usize) -> [f64; ORDER] {
+        self.differences(k, 2)
+    }
+
+    /// The first coefficient that a derivative has on interval k, as weights of the spline's.
+    fn differences(&self, k: usize, order: usize) -> [f64; ORDER] {
         let at = |d: isize| self.at(k as isize + d);
         let mut rows: [[f64; ORDER]; ORDER] = [[0.0; ORDER]; ORDER];
         for (i, row) in rows.iter_mut().enumerate() {
             row[i] = 1.0;
         }
-        // Divided differences, three times: degree over the span of breaks.
-        for degree in (1..ORDER).rev() {
+        // Divided differences, as often as the order: degree over the span of breaks.
+        for degree in (ORDER - order..ORDER).rev() {
             for i in 0..degree {
                 let d = i as isize + 1;
                 let factor = degree as f64 / (at(d) - at(d - degree as isize));

@@ -146,6 +146,61 @@ impl<'a> Way<'a> {
         self.w[k + 1]
     }
 
+    /// The parameter at each vertex, the ends among them.
+    pub(super) fn parameters(&self) -> &[f64] {
+        &self.w
+    }
+
+    /// The same way with another parameter at each vertex.
+    pub(super) fn with_parameters(&self, w: Vec<f64>) -> Way<'a> {
+        Way {
+            lines: self.lines,
+            legs: self.legs.clone(),
+            vertices: self.vertices.clone(),
+            w,
+            kept: self.kept.clone(),
+            tolerances: self.tolerances.clone(),
+        }
+    }
+
+    pub(super) fn least_tolerance(&self) -> f64 {
+        self.tolerances
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Largest speed at a parameter.
+    pub(super) fn feed(&self, w: f64) -> f64 {
+        self.line(self.at(w)).feed
+    }
+
+    /// The thinned vertices between the ends.
+    pub(super) fn inner_corners(&self) -> &[usize] {
+        match self.kept.as_slice() {
+            [_, inner @ .., _] => inner,
+            _ => &[],
+        }
+    }
+
+    /// Where the thinned way leads to at a parameter, of unit length, and how far the nearest of its
+    /// vertices is.
+    pub(super) fn heading(&self, w: f64) -> (Vec3, f64) {
+        let next = self
+            .kept
+            .partition_point(|k| self.w[*k] <= w)
+            .clamp(1, self.kept.len() - 1);
+        let [a, b] = [self.kept[next - 1], self.kept[next]];
+        let delta = sub(self.vertices[b], self.vertices[a]);
+        let length = norm(delta);
+        let near = (w - self.w[a]).min(self.w[b] - w).max(0.0);
+        if length > 0.0 {
+            (delta.map(|d| d / length), near)
+        } else {
+            ([0.0; 3], 0.0)
+        }
+    }
+
     pub(super) fn vertex(&self, k: usize) -> Vec3 {
         self.vertices[k]
     }
@@ -162,11 +217,11 @@ impl<'a> Way<'a> {
     }
 
     /// Distance of the farthest of some points from leg k.
-    pub(super) fn off(&self, k: usize, points: [Vec3; 4]) -> f64 {
+    pub(super) fn off(&self, k: usize, points: &[Vec3]) -> f64 {
         let (a, b) = (self.vertices[k], self.vertices[k + 1]);
         points
-            .into_iter()
-            .map(|p| square_to(p, a, b))
+            .iter()
+            .map(|p| square_to(*p, a, b))
             .fold(0.0, f64::max)
             .sqrt()
     }

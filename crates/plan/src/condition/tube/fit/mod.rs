@@ -6,9 +6,14 @@
 //! banded system in the coefficients, the axes coupled. Slack times multiplier is aimed at the same
 //! part of the bending around each site, so that gentle stretches are found as well as sharp ones.
 
+mod share;
+mod site;
+
 use super::spline::{Breaks, ORDER, combined};
 use lostmotion_base::linalg::solve_banded;
-use lostmotion_base::vec::{Vec3, dot, sub};
+use lostmotion_base::vec::{Vec3, along, dot};
+use share::Share;
+pub(super) use site::Site;
 use std::ops::Range;
 
 /// Most steps of one fit. A choice: 6 to 15 are needed.
@@ -26,65 +31,19 @@ const STEP_PART: f64 = 0.98;
 const CENTERING: f64 = 0.15;
 /// Length of a step, as a part of the full one, from which on it counts as full. A choice.
 const FULL_STEP: f64 = 0.9;
+/// Part of what is to be least by which the last step may change it, for a full step. A choice: less takes
+/// more steps and changes no time.
+const SETTLED_PART: f64 = 0.03;
+/// How often a step is halved, and the factor by which what is to be least may rise with it: where sites
+/// are missed it has to. A choice.
+const MAX_HALVINGS: usize = 6;
+const MOST_RISE: f64 = 8.0;
 /// Part of an interval's bending that counts on the next one. A choice.
 const SPREAD: f64 = 0.3;
 /// Least bending of an interval, as a part of all. A choice: keeps a straight stretch regular.
 const LEAST_BENDING: f64 = 1e-9;
 /// Slack of a site that begins outside of its radius, in units of r^2. A choice.
 const FIRST_SLACK: f64 = 0.1;
-
-/// A place near which the spline has to pass.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Site {
-    pub(super) w: f64,
-    pub(super) interval: usize,
-    basis: [f64; ORDER],
-    pub(super) place: Vec3,
-    radius: f64,
-    multiplier: f64,
-    slack: f64,
-}
-
-impl Site {
-    pub(super) fn new(breaks: &Breaks, interval: usize, w: f64, place: Vec3, radius: f64) -> Site {
-        Site {
-            w,
-            interval,
-            basis: breaks.basis(interval, w),
-            place,
-            radius,
-            multiplier: 0.0,
-            slack: 0.0,
-        }
-    }
-
-    /// Allows less.
-    pub(super) fn narrow(&mut self, factor: f64) {
-        self.radius *= factor;
-        self.slack *= factor * factor;
-    }
-
-    fn square(&self) -> f64 {
-        self.radius * self.radius
-    }
-
-    fn off(&self, coefficients: &[Vec3]) -> Vec3 {
-        sub(self.at(coefficients), self.place)
-    }
-
-    /// Value of the spline with these coefficients.
-    fn at(&self, coefficients: &[Vec3]) -> Vec3 {
-        combined(
-            &coefficients[self.interval..self.interval + ORDER],
-            &self.basis,
-        )
-    }
-
-    /// By how much the slack is less than what the distance leaves.
-    fn missing(&self, off: &Vec3) -> f64 {
-        0.5 * (self.square() - dot(*off, *off)) - self.slack
-    }
-}
 
 /// What a step changes at a site.
 #[derive(Clone, Copy, Debug)]
@@ -93,23 +52,101 @@ struct Change {
     multiplier: f64,
 }
 
-/// The spline to be found, but for its coefficients.
-#[derive(Debug)]
-pub(super) struct Fit<'a> {
-    breaks: &'a Breaks,
-    /// Coefficients that may move; the others are given.
-    free: Range<usize>,
-    /// The third derivative on each interval as weights of its coefficients.
-    thirds: Vec<[f64; ORDER]>,
+/// What is to be least: a convex function of the third derivative, times the width of the interval.
+pub(super) trait Bending {
+    /// Its value.
+    fn value(&self, third: &Vec3) -> f64;
+
+    /// Its gradient and its second derivatives in the axes that move.
+    fn slopes<const N: usize>(&self, axes: [usize; N], third: &Vec3) -> ([f64; N], [[f64; N]; N]);
+
+    /// Whether it is a square, of which one step finds the least.
+    const IS_SQUARE: bool;
+
+    /// Whether the second derivative where an interval begins counts, too.
+    const HEEDS_SECOND: bool;
+
+    /// The same of the second derivative.
+    fn second_value(&self, second: &Vec3) -> f64;
+
+    /// The same of the second derivative.
+    fn second_slopes<const N: usize>(
+        &self,
+        axes: [usize; N],
+        second: &Vec3,
+    ) -> ([f64; N], [[f64; N]; N]);
 }
 
-impl Fit<'_> {
-    pub(super) fn new(breaks: &Breaks, free: Range<usize>) -> Fit<'_> {
+/// Half of the square.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Squared;
+
+impl Bending for Squared {
+    fn value(&self, third: &Vec3) -> f64 {
+        0.5 * dot(*third, *third)
+    }
+
+    fn slopes<const N: usize>(&self, axes: [usize; N], third: &Vec3) -> ([f64; N], [[f64; N]; N]) {
+        let mut unit = [[0.0; N]; N];
+        for (i, row) in unit.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        (axes.map(|axis| third[axis]), unit)
+    }
+
+    const IS_SQUARE: bool = true;
+
+    const HEEDS_SECOND: bool = false;
+
+    fn second_value(&self, _: &Vec3) -> f64 {
+        0.0
+    }
+
+    fn second_slopes<const N: usize>(&self, _: [usize; N], _: &Vec3) -> ([f64; N], [[f64; N]; N]) {
+        ([0.0; N], [[0.0; N]; N])
+    }
+}
+
+/// A coefficient that is kept on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rail {
+    pub(super) coefficient: usize,
+    pub(super) place: Vec3,
+    /// Of unit length.
+    pub(super) direction: Vec3,
+}
+
+/// The spline to be found, but for its coefficients.
+#[derive(Debug)]
+pub(super) struct Fit<'a, B> {
+    breaks: &'a Breaks,
+    bending: B,
+    /// Coefficients that may move; the others are given.
+    free: Range<usize>,
+    rails: Vec<Rail>,
+    /// The third derivative on each interval as weights of its coefficients.
+    thirds: Vec<[f64; ORDER]>,
+    /// The second derivative where each interval begins, where it counts.
+    seconds: Vec<[f64; ORDER]>,
+}
+
+impl<B: Bending> Fit<'_, B> {
+    pub(super) fn new(breaks: &Breaks, bending: B, free: Range<usize>) -> Fit<'_, B> {
         Fit {
             breaks,
+            bending,
             free,
+            rails: Vec::new(),
             thirds: (0..breaks.intervals()).map(|k| breaks.third(k)).collect(),
+            seconds: (0..breaks.intervals())
+                .filter(|_| B::HEEDS_SECOND)
+                .map(|k| breaks.second(k))
+                .collect(),
         }
+    }
+
+    pub(super) fn on_rails(self, rails: Vec<Rail>) -> Self {
+        Fit { rails, ..self }
     }
 
     /// Improves the coefficients from where they are; returns whether they settled.
@@ -136,6 +173,7 @@ impl Fit<'_> {
         sites: &mut [Site],
     ) -> bool {
         let mut bending = self.bending(coefficients);
+        let mut changed = f64::INFINITY;
         let mut offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
         for (site, off) in sites.iter_mut().zip(&offs) {
             // What is new begins with the bending around it.
@@ -148,6 +186,7 @@ impl Fit<'_> {
         let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
         let free = self.free.start * N..self.free.end * N;
         let mut step = vec![[0.0; 3]; coefficients.len()];
+        let mut start = coefficients.to_vec();
         let mut changes = Vec::with_capacity(sites.len());
         let mut last_length = 1.0_f64;
         for _ in 0..MAX_STEPS {
@@ -155,10 +194,11 @@ impl Fit<'_> {
             for (site, off) in sites.iter().zip(&offs) {
                 sum += site.multiplier * site.slack;
                 all += bending[site.interval];
-                farthest = farthest.max(dot(*off, *off) / site.square());
+                farthest = farthest.max(dot(*off, site.counted(off)) / site.square());
             }
             let gap = sum / all;
-            if gap <= GAP_PART && farthest <= KEPT_SQUARE {
+            let settled = B::IS_SQUARE || changed <= SETTLED_PART * all * last_length;
+            if gap <= GAP_PART && farthest <= KEPT_SQUARE && settled {
                 return true;
             }
             // The gap closes no faster than the steps get on.
@@ -174,7 +214,16 @@ impl Fit<'_> {
             for (k, bending) in bending.iter().enumerate() {
                 let mut share = self.bent::<N>(axes, k, &coefficients[k..k + ORDER]);
                 while let Some((site, off)) = these.next_if(|(site, _)| site.interval == k) {
-                    share.add(site, axes.map(|axis| off[axis]), off, target * bending);
+                    share.add(site, axes, off, target * bending);
+                }
+                for rail in &self.rails {
+                    // Each in the one interval that holds the coefficient and no other of the kind.
+                    let is_first = rail.coefficient < ORDER && k == 0;
+                    let is_last = rail.coefficient >= ORDER && k + 1 == self.breaks.intervals();
+                    if is_first || is_last {
+                        let p = rail.coefficient - k;
+                        share.hold(rail, axes, p, &coefficients[rail.coefficient]);
+                    }
                 }
                 share.gather(&mut rows[k * N..], &mut right[k * N..]);
             }
@@ -192,7 +241,7 @@ impl Fit<'_> {
             let mut length = 1.0_f64;
             changes.clear();
             for (site, off) in sites.iter().zip(&offs) {
-                let slack = site.missing(off) - dot(*off, site.at(&step));
+                let slack = site.missing(off) - dot(site.counted(off), site.at(&step));
                 let target = target * bending[site.interval];
                 let multiplier = (target - site.multiplier * (site.slack + slack)) / site.slack;
                 for (value, change) in [(site.slack, slack), (site.multiplier, multiplier)] {
@@ -202,10 +251,18 @@ impl Fit<'_> {
                 }
                 changes.push(Change { slack, multiplier });
             }
-            for (coefficient, step) in coefficients.iter_mut().zip(&step) {
-                for (coordinate, step) in coefficient.iter_mut().zip(step) {
-                    *coordinate += length * step;
+            let before: f64 = bending.iter().sum();
+            start.copy_from_slice(coefficients);
+            for _ in 0..=MAX_HALVINGS {
+                for ((coefficient, start), step) in coefficients.iter_mut().zip(&start).zip(&step) {
+                    *coefficient = along(*start, *step, length);
                 }
+                bending = self.bending(coefficients);
+                // A high power rises out of all proportion where a step is too long.
+                if B::IS_SQUARE || bending.iter().sum::<f64>() <= MOST_RISE * before {
+                    break;
+                }
+                length *= 0.5;
             }
             if !coefficients.iter().flatten().all(|value| value.is_finite()) {
                 return false;
@@ -217,21 +274,24 @@ impl Fit<'_> {
                 // Where there is more room than the slack says, it is taken.
                 site.slack += site.missing(off).max(0.0);
             }
-            bending = self.bending(coefficients);
+            changed = (bending.iter().sum::<f64>() - before).abs();
             last_length = length;
         }
         false
     }
 
-    /// Half the integral of the squared third derivative over each interval, spread to its
-    /// neighbours.
+    /// What is to be least over each interval, spread to its neighbours.
     fn bending(&self, coefficients: &[Vec3]) -> Vec<f64> {
         let widths = self.breaks.0.windows(2).map(|pair| pair[1] - pair[0]);
         let mut bending: Vec<f64> = widths
             .enumerate()
             .map(|(k, width)| {
                 let third = combined(&coefficients[k..k + ORDER], &self.thirds[k]);
-                0.5 * width * dot(third, third)
+                let second = self.seconds.get(k).map_or(0.0, |weights| {
+                    self.bending
+                        .second_value(&combined(&coefficients[k..k + ORDER], weights))
+                });
+                width * (self.bending.value(&third) + second)
             })
             .collect();
         let least = (LEAST_BENDING * bending.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
@@ -247,89 +307,15 @@ impl Fit<'_> {
 
     /// The bending's share of an interval, given its coefficients.
     fn bent<const N: usize>(&self, axes: [usize; N], k: usize, coefficients: &[Vec3]) -> Share<N> {
-        let third = &self.thirds[k];
         let width = self.breaks.0[k + 1] - self.breaks.0[k];
-        let value = combined(coefficients, third);
-        let weights = third.map(|weight| width * weight);
-        let mut share = Share {
-            blocks: [[[0.0; PAIRS]; N]; N],
-            right: axes.map(|axis| weights.map(|weight| -weight * value[axis])),
-        };
-        let all = pairs(&weights, third);
-        for (i, row) in share.blocks.iter_mut().enumerate() {
-            row[i] = all;
+        let mut share = Share::default();
+        let third = combined(coefficients, &self.thirds[k]);
+        share.bend(width, &self.thirds[k], self.bending.slopes(axes, &third));
+        if let Some(weights) = self.seconds.get(k) {
+            let second = combined(coefficients, weights);
+            share.bend(width, weights, self.bending.second_slopes(axes, &second));
         }
         share
-    }
-}
-
-/// Pairs of the coefficients of an interval, the first one not after the second.
-const PAIRS: usize = ORDER * (ORDER + 1) / 2;
-
-/// Products of each pair.
-fn pairs(a: &[f64; ORDER], b: &[f64; ORDER]) -> [f64; PAIRS] {
-    let mut products = [0.0; PAIRS];
-    let mut next = products.iter_mut();
-    for (p, a) in a.iter().enumerate() {
-        for (b, product) in b[p..].iter().zip(&mut next) {
-            *product = a * b;
-        }
-    }
-    products
-}
-
-/// What an interval adds to the system of a step.
-#[derive(Debug)]
-struct Share<const N: usize> {
-    /// For each pair of axes, the second one not before the first: the matrix by pairs of
-    /// coefficients.
-    blocks: [[[f64; PAIRS]; N]; N],
-    right: [[f64; ORDER]; N],
-}
-
-impl<const N: usize> Share<N> {
-    /// Adds a site with its slack and multiplier eliminated; `e` is how far it is off in the axes
-    /// that move, and `target` what slack times multiplier should be.
-    #[inline]
-    fn add(&mut self, site: &Site, e: [f64; N], off: &Vec3, target: f64) {
-        let stiff = site.multiplier / site.slack;
-        // The multiplier after the step, but for what the step changes of the slack.
-        let pull = target / site.slack - stiff * site.missing(off);
-        let weights = pairs(&site.basis, &site.basis);
-        for i in 0..N {
-            for j in i..N {
-                let own = if i == j { site.multiplier } else { 0.0 };
-                let factor = own + stiff * e[i] * e[j];
-                for (entry, weight) in self.blocks[i][j].iter_mut().zip(&weights) {
-                    *entry += factor * weight;
-                }
-            }
-            let pull = pull * e[i];
-            for (right, basis) in self.right[i].iter_mut().zip(&site.basis) {
-                *right -= pull * basis;
-            }
-        }
-    }
-
-    /// Adds all to the rows of the interval's coefficients.
-    #[inline]
-    fn gather<const W: usize>(&self, rows: &mut [[f64; W]], right: &mut [[f64; 1]]) {
-        let mut pair = 0;
-        for p in 0..ORDER {
-            for i in 0..N {
-                right[p * N + i][0] += self.right[i][p];
-            }
-            for q in p..ORDER {
-                for i in 0..N {
-                    let row = &mut rows[p * N + i];
-                    let first = if q == p { i } else { 0 };
-                    for j in first..N {
-                        row[(q - p) * N + j - i] += self.blocks[i.min(j)][i.max(j)][pair];
-                    }
-                }
-                pair += 1;
-            }
-        }
     }
 }
 
@@ -343,7 +329,7 @@ mod tests {
     fn no_change_of_a_coefficient_bends_less() {
         let breaks = Breaks((0..=12).map(|k| 0.5 * f64::from(k)).collect());
         let count = breaks.coefficients();
-        let fit = Fit::new(&breaks, 1..count - 1);
+        let fit = Fit::new(&breaks, Squared, 1..count - 1);
         let height = |w: f64| match w {
             w if w <= 0.0 || w >= 6.0 => 0.0,
             w if w < 2.0 => 0.5,

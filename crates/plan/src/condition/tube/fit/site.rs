@@ -1,0 +1,87 @@
+//! Places near which a spline has to pass.
+
+use crate::condition::tube::spline::{Breaks, ORDER, combined};
+use lostmotion_base::vec::{Vec3, along, dot, sub};
+
+/// A place near which the spline has to pass.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::condition::tube) struct Site {
+    pub(in crate::condition::tube) w: f64,
+    pub(in crate::condition::tube) interval: usize,
+    pub(super) basis: [f64; ORDER],
+    pub(in crate::condition::tube) place: Vec3,
+    pub(super) radius: f64,
+    /// Along this direction, of unit length, a part of the square of the distance does not count.
+    pub(super) direction: Vec3,
+    pub(super) free_part: f64,
+    pub(super) multiplier: f64,
+    pub(super) slack: f64,
+}
+
+impl Site {
+    pub(in crate::condition::tube) fn new(
+        breaks: &Breaks,
+        interval: usize,
+        w: f64,
+        place: Vec3,
+        radius: f64,
+    ) -> Site {
+        Site {
+            w,
+            interval,
+            basis: breaks.basis(interval, w),
+            place,
+            radius,
+            direction: [0.0; 3],
+            free_part: 0.0,
+            multiplier: 0.0,
+            slack: 0.0,
+        }
+    }
+
+    /// Lets the spline be farther away along a direction of unit length.
+    pub(in crate::condition::tube) fn sliding(self, direction: Vec3, reach: f64) -> Site {
+        let part = self.radius / (self.radius + reach);
+        Site {
+            direction,
+            free_part: 1.0 - part * part,
+            ..self
+        }
+    }
+
+    /// Allows less.
+    pub(in crate::condition::tube) fn narrow(&mut self, factor: f64) {
+        self.radius *= factor;
+        self.slack *= factor * factor;
+    }
+
+    pub(super) fn square(&self) -> f64 {
+        self.radius * self.radius
+    }
+
+    pub(super) fn off(&self, coefficients: &[Vec3]) -> Vec3 {
+        sub(self.at(coefficients), self.place)
+    }
+
+    /// Value of the spline with these coefficients.
+    pub(super) fn at(&self, coefficients: &[Vec3]) -> Vec3 {
+        combined(
+            &coefficients[self.interval..self.interval + ORDER],
+            &self.basis,
+        )
+    }
+
+    /// What counts of an offset: its product with the offset is the square of the distance.
+    pub(super) fn counted(&self, off: &Vec3) -> Vec3 {
+        along(
+            *off,
+            self.direction,
+            -self.free_part * dot(*off, self.direction),
+        )
+    }
+
+    /// By how much the slack is less than what the distance leaves.
+    pub(super) fn missing(&self, off: &Vec3) -> f64 {
+        0.5 * (self.square() - dot(*off, self.counted(off))) - self.slack
+    }
+}

@@ -1,0 +1,505 @@
+//! The fastest curve inside the tube: from side to side, and faster and slower along it.
+//!
+//! The smoothest curve at a steady pace leaves the limits of the joints unused. This one is found as
+//! a motion: a cubic spline of the time, so that its third derivative is the jerk. The sum of a high
+//! power of every joint's jerk, in units of its limit, is made least inside the tube, where the curve
+//! may also slide along its lines; then each stretch is given the time in which it takes the limits,
+//! and the motion is found again. What is left of it is its shape: the plan gives it the time.
+
+mod jerks;
+mod shape;
+
+use super::fit::{Fit, Rail, Site};
+use super::spline::{Breaks, ORDER, combined};
+use super::way::Way;
+use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie, TubeExcess};
+use jerks::Jerks;
+use lostmotion_base::math;
+use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
+use lostmotion_path::{HermiteEnd, Quintic};
+use shape::Swung;
+
+/// A joint on a straight way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinearJoint {
+    /// How far it moves for each mm along X, Y and Z.
+    pub(crate) per_mm: Vec3,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) jerk: f64,
+}
+
+/// Width of an interval, in units of the time in which jerk alone goes as far as the tolerance. A
+/// choice: corners take six to twelve of these units, and eight intervals a corner come within 1 % of
+/// many.
+const INTERVAL: f64 = 0.8;
+/// Bounds of the number of intervals: a shorter section is over before the motion is at a limit (a
+/// choice), and memory is bounded.
+const LEAST_INTERVALS: usize = 8;
+const MAX_INTERVALS: usize = 2048;
+/// Least time, as a part of that which the feed alone takes, from which on a motion is looked for. A
+/// choice: a plan is that near to its feed anyway.
+const LEAST_OVER_FEED: f64 = 1.04;
+/// Half of the power with which the motion is found to see how long each stretch takes.
+const TIMED_HALF_POWER: u32 = 2;
+/// Half of the powers with which it is found then, each from the one before: the higher the power,
+/// the nearer the largest jerk is to the mean, and the fewer the steps of Newton's method that are
+/// too long. A choice.
+const HALF_POWERS: [u32; 4] = [TIMED_HALF_POWER, 3, 4, 6];
+/// Part of the time at the pace that the steady curve allows that the motion has to keep to. A choice:
+/// nearer to that the plan is as often slower as faster.
+const MOST_PART: f64 = 0.98;
+/// Largest jerk of a joint, in units of its limit. A choice: where a single corner asks for more than
+/// the rest, the times are not right, and the steady curve is faster.
+const MOST_JERK: f64 = 1.15;
+/// Intervals at either end that do not count for that.
+const END_INTERVALS: usize = 3;
+/// Most of a joint's jerk that the shape may lose. A choice: with less than half the plan is faster.
+const MOST_LOST: f64 = 0.5;
+/// Intervals on either side over which the jerk counts as one. A choice: about half a corner.
+const AROUND: usize = 5;
+/// Power of the factor on the time of an interval: what one stretch wins its neighbours lose. A choice.
+const TIMED_PART: f64 = 0.6;
+/// Bounds of that factor. A choice: more of it bends the curve.
+const TIME_FACTORS: [f64; 2] = [0.8, 1.25];
+/// Part of the way to the nearest corner by which the curve may slide along its line. A choice: it
+/// stays on that line.
+const SLIDING_PART: f64 = 0.3;
+/// Sites in each interval, besides the corners. A choice, as at a steady pace.
+const SITES: usize = 2;
+/// Halvings after which the time of a vertex is known well enough: to a millionth of an interval.
+const PASSAGE_HALVINGS: u32 = 20;
+
+/// The motion as it is found.
+#[derive(Debug)]
+struct Motion<'a, 'b> {
+    way: &'b Way<'a>,
+    ties: [Tie; 2],
+    joints: &'b [LinearJoint],
+    jerks: Jerks,
+    breaks: Breaks,
+    coefficients: Vec<Vec3>,
+    /// When each vertex of the way is passed.
+    passed: Vec<f64>,
+}
+
+/// The fastest curve along a way, from one that was found at a steady pace.
+pub(super) fn curve<'a>(
+    way: &Way<'a>,
+    ties: [Tie; 2],
+    steady: (&Breaks, &[Vec3]),
+    joints: &[LinearJoint],
+) -> Option<Swung<'a>> {
+    let mut motion = Motion::new(way, ties, steady, joints)?;
+    let at_first_s = motion.time_s();
+    let mut sites = motion.sites();
+    motion.solve(&mut sites);
+    motion.pass();
+    motion.retime();
+    sites = motion.sites();
+    for half_power in HALF_POWERS {
+        motion.jerks.half_power = half_power;
+        motion.solve(&mut sites);
+    }
+    let most = motion.most_jerk();
+    if most > MOST_JERK || motion.time_s() * math::cbrt(most.max(1.0)) > MOST_PART * at_first_s {
+        return None;
+    }
+    motion.pass();
+    for round in 0..MAX_NARROWINGS {
+        let swung = motion.by_length()?;
+        let quintics: Option<Vec<Quintic>> = swung
+            .states
+            .windows(2)
+            .zip(swung.breaks.0.windows(2))
+            .map(|(ends, w)| Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok())
+            .collect();
+        let quintics = quintics?;
+        let excess = TubeExcess::new(&swung.way, &swung.breaks, |k| quintics[k]);
+        if excess.is_none() {
+            if motion.lost(&quintics) > MOST_LOST {
+                return None;
+            }
+            return Some(swung);
+        }
+        excess.narrow(&mut sites, round, |k, vertex| {
+            let radius = AIMED_PART * way.vertex_tolerance(vertex);
+            Site::new(
+                &motion.breaks,
+                k,
+                motion.passed[vertex],
+                way.vertex(vertex),
+                radius,
+            )
+        });
+        if !motion.solve(&mut sites) {
+            return None;
+        }
+        motion.pass();
+    }
+    None
+}
+
+impl<'a, 'b> Motion<'a, 'b> {
+    /// The motion along a curve at about the pace that it allows.
+    fn new(
+        way: &'b Way<'a>,
+        ties: [Tie; 2],
+        (breaks, coefficients): (&Breaks, &[Vec3]),
+        joints: &'b [LinearJoint],
+    ) -> Option<Motion<'a, 'b>> {
+        let states = breaks.states(coefficients);
+        let mut fed_s = 0.0;
+        let slowness: Vec<f64> = breaks
+            .0
+            .windows(2)
+            .zip(states.windows(2))
+            .map(|(w, ends)| {
+                let feed = way.feed(0.5 * (w[0] + w[1]));
+                fed_s += (w[1] - w[0]) * norm(ends[0].d1.linear()) / feed;
+                slowness(joints, feed, ends, w[1] - w[0])
+            })
+            .collect();
+        let slowness = averaged(&largest(&slowness, 2), 2);
+        let mut times = vec![0.0];
+        let mut time = 0.0;
+        for (w, slowness) in breaks.0.windows(2).zip(&slowness) {
+            time += (w[1] - w[0]) * slowness;
+            times.push(time);
+        }
+        // Where the feed is the limit there is nothing to gain.
+        if time < LEAST_OVER_FEED * fed_s {
+            return None;
+        }
+        let jerk = joints
+            .iter()
+            .map(|joint| norm(joint.per_mm) / joint.jerk)
+            .fold(0.0, f64::max);
+        let width = INTERVAL * math::cbrt(way.least_tolerance() * jerk);
+        let count = (time / width).ceil();
+        if !(LEAST_INTERVALS as f64..=MAX_INTERVALS as f64).contains(&count) {
+            return None;
+        }
+        let count = count as usize;
+        let by_time = Breaks(
+            (0..=count)
+                .map(|k| time * (k as f64 / count as f64))
+                .collect(),
+        );
+        let sampled = transferred(&states, breaks, &times, &by_time);
+        let passed = (0..=way.legs())
+            .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))
+            .collect();
+        Some(Motion {
+            way,
+            ties,
+            joints,
+            jerks: Jerks::new(joints, TIMED_HALF_POWER),
+            breaks: by_time,
+            coefficients: sampled,
+            passed,
+        })
+    }
+
+    /// Where the curve has to be near the way.
+    fn sites(&self) -> Vec<Site> {
+        let mut sites = Vec::with_capacity(2 * SITES * self.breaks.intervals());
+        for (k, t) in self.breaks.0.windows(2).enumerate() {
+            for part in 0..SITES {
+                let t = t[0] + (t[1] - t[0]) * ((part as f64 + 0.5) / SITES as f64);
+                let w = interpolated(&self.passed, self.way.parameters(), t);
+                let radius = AIMED_PART * self.way.tolerance(w);
+                let (direction, reach) = self.way.heading(w);
+                sites.push(
+                    Site::new(&self.breaks, k, t, self.way.place(w), radius)
+                        .sliding(direction, SLIDING_PART * reach),
+                );
+            }
+        }
+        let last = *self.breaks.0.last().unwrap_or(&0.0);
+        for &vertex in self.way.inner_corners() {
+            let t = self.passed[vertex];
+            if t > 0.0 && t < last {
+                let radius = AIMED_PART * self.way.vertex_tolerance(vertex);
+                let k = self.breaks.interval(t);
+                sites.push(Site::new(
+                    &self.breaks,
+                    k,
+                    t,
+                    self.way.vertex(vertex),
+                    radius,
+                ));
+            }
+        }
+        sites.sort_by(|a, b| a.w.total_cmp(&b.w));
+        sites
+    }
+
+    /// Finds the motion inside the tube; returns whether it settled.
+    fn solve(&mut self, sites: &mut [Site]) -> bool {
+        let count = self.coefficients.len();
+        let rails = self.rails();
+        let fit = Fit::new(&self.breaks, &self.jerks, 1..count - 1).on_rails(rails);
+        let settled = fit.solve(&mut self.coefficients, sites);
+        // Onto the rays, along which the curvature depends on how fast it begins.
+        for rail in self.rails() {
+            let value = &mut self.coefficients[rail.coefficient];
+            let ahead = dot(sub(*value, rail.place), rail.direction);
+            *value = along(rail.place, rail.direction, ahead);
+        }
+        settled
+    }
+
+    /// The rays on which the coefficients beside the ends lie: direction and curvature are given
+    /// there, the pace is not.
+    fn rails(&self) -> Vec<Rail> {
+        let mut rails = Vec::new();
+        let count = self.coefficients.len();
+        let ends = [
+            (self.breaks.first_widths(), [0, 1, 2]),
+            (self.breaks.last_widths(), [count - 1, count - 2, count - 3]),
+        ];
+        for (tie, (widths, [at, next, third])) in self.ties.iter().zip(ends) {
+            let (Tie::State(state), Some([h, g])) = (tie, widths) else {
+                continue;
+            };
+            let (d1, d2) = (state.d1.linear(), state.d2.linear());
+            let square = dot(d1, d1);
+            let direction = scale(d1, 1.0 / square.sqrt());
+            let bend = scale(along(d2, direction, -dot(d2, direction)), 1.0 / square);
+            let place = self.coefficients[at];
+            let pace = dot(sub(self.coefficients[next], place), direction).abs() * 3.0 / h;
+            rails.push(Rail {
+                coefficient: next,
+                place,
+                direction,
+            });
+            rails.push(Rail {
+                coefficient: third,
+                place: along(place, bend, pace * pace * h * (h + g) / 6.0),
+                direction,
+            });
+        }
+        rails
+    }
+
+    /// When each vertex is passed: where the curve is nearest to it, one after the other.
+    fn pass(&mut self) {
+        let states = self.breaks.states(&self.coefficients);
+        let end = self.breaks.intervals();
+        let mut k = 0;
+        let mut x = 0.0;
+        let cubic = |k: usize| {
+            Cubic::new(
+                &states[k],
+                &states[k + 1],
+                self.breaks.0[k + 1] - self.breaks.0[k],
+            )
+        };
+        let mut here = cubic(0);
+        let mut passed = Vec::with_capacity(self.passed.len());
+        passed.push(0.0);
+        for vertex in 1..self.way.legs() {
+            let place = self.way.vertex(vertex);
+            let leaving = |cubic: &Cubic, x: f64| {
+                let at = cubic.at(x);
+                dot(sub(at.p, place), at.d1)
+            };
+            let mut before = leaving(&here, x);
+            while before < 0.0 {
+                let width = self.breaks.0[k + 1] - self.breaks.0[k];
+                if x >= width {
+                    if k + 1 == end {
+                        break;
+                    }
+                    (k, x) = (k + 1, 0.0);
+                    here = cubic(k);
+                    continue;
+                }
+                let next = (x + 0.25 * width).min(width);
+                let after = leaving(&here, next);
+                if after >= 0.0 {
+                    let (mut low, mut high) = (x, next);
+                    for _ in 0..PASSAGE_HALVINGS {
+                        let middle = 0.5 * (low + high);
+                        if leaving(&here, middle) < 0.0 {
+                            low = middle;
+                        } else {
+                            high = middle;
+                        }
+                    }
+                    x = high;
+                    break;
+                }
+                (x, before) = (next, after);
+            }
+            passed.push((self.breaks.0[k] + x).min(self.breaks.0[end]));
+        }
+        let last = self.breaks.0[end];
+        passed.push(last);
+        // Those that are nearest to its end only come one after the other, as on the way.
+        let first = passed.partition_point(|t| *t < last).max(1);
+        let w = self.way.parameters();
+        let (from, span) = (passed[first - 1], w[w.len() - 1] - w[first - 1]);
+        for k in first..passed.len() - 1 {
+            passed[k] = from + (last - from) * ((w[k] - w[first - 1]) / span);
+        }
+        self.passed = passed;
+    }
+
+    /// How long it takes, s.
+    fn time_s(&self) -> f64 {
+        self.breaks.0[self.breaks.intervals()]
+    }
+
+    /// The largest jerk of a joint, in units of its limit, but for the ends: what is given there may ask
+    /// for more, on the way of a moment.
+    fn most_jerk(&self) -> f64 {
+        (END_INTERVALS..self.breaks.intervals() - END_INTERVALS)
+            .flat_map(|k| {
+                let third = combined(&self.coefficients[k..k + ORDER], &self.breaks.third(k));
+                self.joints
+                    .iter()
+                    .map(move |joint| dot(joint.per_mm, third).abs() / joint.jerk)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// Gives each interval the time in which the motion around it takes the limits.
+    fn retime(&mut self) {
+        let states = self.breaks.states(&self.coefficients);
+        let count = self.breaks.intervals();
+        let mut factors = vec![0.0_f64; count];
+        for joint in self.joints {
+            let mut sums = vec![[0.0; 2]];
+            let mut sum = [0.0; 2];
+            for k in 0..count {
+                let width = self.breaks.0[k + 1] - self.breaks.0[k];
+                let third = combined(&self.coefficients[k..k + ORDER], &self.breaks.third(k));
+                let part = dot(joint.per_mm, third) / joint.jerk;
+                let mut power = 1.0;
+                for _ in 0..self.jerks.half_power {
+                    power *= part * part;
+                }
+                sum[0] += width * power;
+                sum[1] += width;
+                sums.push(sum);
+            }
+            for (k, factor) in factors.iter_mut().enumerate() {
+                let (from, to) = (k.saturating_sub(AROUND), (k + 1 + AROUND).min(count));
+                let mean = (sums[to][0] - sums[from][0]) / (sums[to][1] - sums[from][1]);
+                *factor = factor.max(math::pow(
+                    mean.max(0.0),
+                    1.0 / (6.0 * f64::from(self.jerks.half_power)),
+                ));
+            }
+        }
+        let others: Vec<f64> = (0..=count)
+            .map(|k| {
+                let w = interpolated(&self.passed, self.way.parameters(), self.breaks.0[k]);
+                let (v, a) = (states[k].d1.linear(), states[k].d2.linear());
+                let joints = self.joints.iter().map(|joint| {
+                    (dot(joint.per_mm, v).abs() / joint.velocity)
+                        .max((dot(joint.per_mm, a).abs() / joint.acceleration).sqrt())
+                });
+                joints.fold(norm(v) / self.way.feed(w), f64::max)
+            })
+            .collect();
+        let others = largest(&others, 1);
+        for (k, factor) in factors.iter_mut().enumerate() {
+            *factor = factor.max(others[k]).max(others[k + 1]);
+        }
+        let [least, most] = TIME_FACTORS;
+        let mut time = 0.0;
+        let mut times = vec![0.0];
+        for (k, factor) in averaged(&factors, 2).into_iter().enumerate() {
+            time += (self.breaks.0[k + 1] - self.breaks.0[k])
+                * math::pow(factor, TIMED_PART).clamp(least, most);
+            times.push(time);
+        }
+        for t in &mut self.passed {
+            *t = interpolated(&self.breaks.0, &times, *t);
+        }
+        let next = Breaks(times);
+        self.coefficients = transferred(&states, &self.breaks, &next.0, &next);
+        self.breaks = next;
+    }
+}
+
+/// Coefficients on other breaks of a curve given by its states at breaks and the times there.
+fn transferred(states: &[HermiteEnd], breaks: &Breaks, times: &[f64], to: &Breaks) -> Vec<Vec3> {
+    let count = to.coefficients();
+    let mut coefficients: Vec<Vec3> = (0..count)
+        .map(|j| {
+            let t = to.greville(j);
+            let k = times
+                .partition_point(|time| *time <= t)
+                .clamp(1, breaks.intervals())
+                - 1;
+            let width = breaks.0[k + 1] - breaks.0[k];
+            // How fast the parameter goes.
+            let rate = width / (times[k + 1] - times[k]);
+            let x = (t - times[k]) * rate;
+            let cubic = Cubic::new(&states[k], &states[k + 1], width);
+            let second = along(cubic.d2, cubic.d3, x);
+            // The blossom of what the curve is nearby.
+            let [a, b, c] = to.knots(j).map(|knot| (knot - t) * rate);
+            let (pairs, all) = ((a * b + b * c + c * a) / 6.0, a * b * c / 6.0);
+            along(along(cubic.at(x).p, second, pairs), cubic.d3, all)
+        })
+        .collect();
+    coefficients[0] = states[0].p.linear();
+    coefficients[count - 1] = states[breaks.intervals()].p.linear();
+    coefficients
+}
+
+/// The time that an interval takes at least, for its width.
+fn slowness(joints: &[LinearJoint], feed: f64, ends: &[HermiteEnd], width: f64) -> f64 {
+    let [from, to] = [0, 1].map(|k| (ends[k].d1.linear(), ends[k].d2.linear()));
+    let third = scale(sub(to.1, from.1), 1.0 / width);
+    let mut most = norm(from.0).max(norm(to.0)) / feed;
+    for joint in joints {
+        let of = |vector: Vec3| dot(joint.per_mm, vector).abs();
+        most = most
+            .max(of(from.0).max(of(to.0)) / joint.velocity)
+            .max((of(from.1).max(of(to.1)) / joint.acceleration).sqrt())
+            .max(math::cbrt(of(third) / joint.jerk));
+    }
+    most
+}
+
+/// The largest of the values around each.
+fn largest(values: &[f64], around: usize) -> Vec<f64> {
+    (0..values.len())
+        .map(|k| {
+            values[k.saturating_sub(around)..(k + around + 1).min(values.len())]
+                .iter()
+                .copied()
+                .fold(0.0, f64::max)
+        })
+        .collect()
+}
+
+/// The mean of the values around each.
+fn averaged(values: &[f64], around: usize) -> Vec<f64> {
+    (0..values.len())
+        .map(|k| {
+            let these = &values[k.saturating_sub(around)..(k + around + 1).min(values.len())];
+            these.iter().sum::<f64>() / these.len() as f64
+        })
+        .collect()
+}
+
+/// The value at a place between rising places.
+fn interpolated(places: &[f64], values: &[f64], at: f64) -> f64 {
+    let k = places
+        .partition_point(|place| *place <= at)
+        .clamp(1, places.len() - 1);
+    let span = places[k] - places[k - 1];
+    let part = if span > 0.0 {
+        ((at - places[k - 1]) / span).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    values[k - 1] + (values[k] - values[k - 1]) * part
+}
