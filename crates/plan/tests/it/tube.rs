@@ -220,7 +220,7 @@ fn dense_points_take_the_time_of_their_circle() {
 #[test]
 fn zigzags_swing_across_the_tube() {
     for (degrees, least_ms, factor) in [
-        (6.0, 32.0, 1.09),
+        (6.0, 32.0, 1.12),
         (10.0, 40.0, 1.06),
         (20.0, 66.0, 1.10),
         (30.0, 80.0, 1.14),
