@@ -186,6 +186,7 @@ impl Axis {
                 velocity: at(&velocity, index),
                 acceleration: at(&acceleration, index),
                 load_force: at(&force, index),
+                ..Setpoint::default()
             })
             .collect();
         if self.watch.is_cancelled() {
