@@ -222,8 +222,8 @@ fn zigzags_swing_across_the_tube() {
     for (degrees, least_ms, factor) in [
         (6.0, 32.0, 1.12),
         (10.0, 40.0, 1.06),
-        (20.0, 66.0, 1.10),
-        (30.0, 80.0, 1.14),
+        (20.0, 66.0, 1.14),
+        (30.0, 80.0, 1.16),
     ] {
         let program = zigzag(2.0, degrees, 60, 0.01);
         let samples = program.run();
