@@ -32,6 +32,7 @@ fn settings_of_a_control_are_ready_to_paste() {
     assert_eq!(with("1"), with("2"));
     let haas = bench.expect(1, &["recommend", "circle.ngc", "--for", "haas"]);
     assert!(haas.contains("no primary source"), "{haas}");
+    assert!(haas.contains("\n1 simulation of the program"), "{haas}");
     bench.refuses(
         &["recommend", "circle.ngc"],
         &["does not say which control it has", "--for linuxcnc"],

@@ -2,6 +2,7 @@
 
 use super::TextOptions;
 use super::comparison::what_it_takes;
+use super::parts::count;
 use super::table::{Align, Cell, Table};
 use crate::number::{error, percent, plain};
 use lostmotion_sim::recommend::results::ControlSettings;
@@ -47,7 +48,10 @@ pub fn control_settings(answer: &ControlSettings, options: &TextOptions) -> Stri
     for note in &answer.notes {
         out.push_str(&format!("note: {note}\n"));
     }
-    out.push_str(&format!("{} simulations of the program\n", answer.runs));
+    out.push_str(&format!(
+        "{} of the program\n",
+        count(answer.runs, "simulation")
+    ));
     out
 }
 
