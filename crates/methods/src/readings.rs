@@ -11,6 +11,10 @@
 //! agree:   (z_i - z_c)^2 <= 9 (P_i + P_c + (0.005 z_c |age_i - age_c|)^2)
 //! line:    minimise sum (z_i - x + s age_i)^2/P_i + s^2/(0.005 z_c)^2      x: value at the newest of the group, s: drift a reading
 //! ```
+//! Of a gap that several readings agree on, larger ones are kept apart until as many in a row agree with
+//! each other: where a traverse is right the contact is soft and shows little, and readings of it may run
+//! away, each larger than the one before.
+//!
 //! Where the flank wavered, the motor may have crossed more than once, and the distances add up:
 //! such a reading counts only if it is not much larger than those of single crossings.
 
@@ -23,6 +27,10 @@ pub(crate) const LEAST_PIVOT: f64 = 1e-14;
 /// Number of readings kept. Decision 62 of the book; a choice: more remember a changed gap longer,
 /// fewer let two wrong readings outvote the rest.
 const KEPT_READINGS: usize = 8;
+/// Readings that agree from which on larger ones are kept apart. A choice: half of those that are kept.
+const ESTABLISHED: u32 = 4;
+/// How many larger ones in a row have to agree to be believed. A choice: more than had to agree first.
+const RIVALS: usize = 6;
 /// Standard deviation of the drift from reading to reading, part of the value. Tuned (0.004 before
 /// a trend was learned); the tests below follow a drift of as much.
 const DRIFT_SHARE: f64 = 0.005;
@@ -64,6 +72,8 @@ pub(super) struct Readings {
     pub(super) seen: u32,
     /// The newest first.
     recent: [Option<Kept>; KEPT_READINGS],
+    /// Larger ones that came in a row since the last that agreed, the newest first.
+    rivals: [Option<Kept>; RIVALS],
     /// Crossings that showed a contact, whether they count or not; the newest first, 0 for none.
     hints: [f64; KEPT_HINTS],
 }
@@ -149,14 +159,23 @@ impl Readings {
         self.recent
             .iter_mut()
             .for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
-        // the oldest gives way to the new one
-        self.recent.rotate_right(1);
-        self.recent[0] = Some(Kept {
+        let new = Kept {
             value,
             variance: variance + LEAST_DEVIATION_SHARE * LEAST_DEVIATION_SHARE * value * value,
             wavered,
             alone,
-        });
+        };
+        let larger = rule == Consensus::Least
+            && self.count >= ESTABLISHED
+            && value > (1.0 + NEAR_SHARE) * self.value;
+        if !larger {
+            self.rivals = [None; RIVALS];
+            // the oldest gives way to the new one
+            self.recent.rotate_right(1);
+            self.recent[0] = Some(new);
+        } else if !self.rival(new) {
+            return;
+        }
         // consensus: the group around each reading in turn; of equal ones the first, which holds
         // the newest
         let groups: [Readings; KEPT_READINGS] =
@@ -182,6 +201,21 @@ impl Readings {
                     (group.value, group.variance, group.count);
             }
         }
+    }
+
+    /// Takes a reading that is larger than those that agree; whether it and those before it agree with each
+    /// other, and so take their place.
+    fn rival(&mut self, new: Kept) -> bool {
+        self.rivals.rotate_right(1);
+        self.rivals[0] = Some(new);
+        let mut others = Readings::default();
+        others.recent[..RIVALS].copy_from_slice(&self.rivals);
+        let agree = others.group(0, 0.0).count == RIVALS as u32;
+        if agree {
+            self.recent = others.recent;
+            self.rivals = [None; RIVALS];
+        }
+        agree
     }
 
     /// Takes a reading that may not count.
@@ -359,6 +393,24 @@ mod tests {
             known.take(1.0 + 0.006 * f64::from(n), 1e-6, false, true);
         }
         assert!((known.value - 1.114).abs() < 1e-3, "{known:?}");
+    }
+
+    #[test]
+    fn larger_readings_have_to_agree_to_outvote_those_that_do() {
+        let mut known = Readings::known(1.0, 1e-6, 8);
+        // as contacts of a right traverse ran away
+        let mut take = |value: f64| {
+            known.take_by(Consensus::Least, value, 1e-6, false, true);
+            known.used()
+        };
+        for value in [1.18, 1.27, 1.41, 1.54, 1.64, 1.73, 1.58, 1.83, 1.67] {
+            assert!((take(value) - 1.0).abs() < 1e-9);
+        }
+        // less is believed as before
+        assert!((take(0.99) - 1.0).abs() < 5e-3);
+        // a gap that is larger from one reading to the next
+        let used: Vec<f64> = (0..6).map(|_| take(1.3)).collect();
+        assert!(used[4] < 1.01 && (used[5] - 1.3).abs() < 1e-9, "{used:?}");
     }
 
     #[test]

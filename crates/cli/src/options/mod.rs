@@ -189,8 +189,8 @@ pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
 #[command(next_help_heading = "Operator")]
 pub(crate) struct Interventions {
     /// What the operator does at a time since the start: hold, resume, stop, override:PERCENT (of
-    /// the feed, 0 to 200) or rapid:PERCENT (of rapid moves, 0 to 100); for example 3.2s=hold; may
-    /// be repeated
+    /// the feed: 0, or 0.1 to 200) or rapid:PERCENT (of rapid moves: 0, or 0.1 to 100); for example
+    /// 3.2s=hold; may be repeated
     #[arg(long, value_name = "TIME=ACTION", allow_hyphen_values = true)]
     pub(crate) at: Vec<String>,
 }
@@ -217,7 +217,7 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
             "for example: --at 3.2s=hold --at 4500ms=resume --at 7s=override:50 --at 9s=stop";
         Failure::with_hint(
             format!(
-                "--at {word} is not a time in s or ms and hold, resume, stop, override:PERCENT (0 to 200) or rapid:PERCENT (0 to 100)"
+                "--at {word} is not a time in s or ms and hold, resume, stop, override:PERCENT (0, or 0.1 to 200) or rapid:PERCENT (0, or 0.1 to 100)"
             ),
             hint,
         )

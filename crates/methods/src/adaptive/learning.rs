@@ -9,13 +9,14 @@
 //! ```
 //! An acceleration that does not exceed the encoder's noise by four standard deviations counts as
 //! zero: as a regressor it would be noise, which biases the inertia towards zero and makes it too
-//! certain.
+//! certain. What the shaft winds up meanwhile is taken off (`stretch`).
 //!
 //! Over a reversal, from one steady stretch to the next, the balance of momentum holds whatever
 //! happens between (`bridge`). The four unknowns are estimated in `load_filter`.
 
 use super::bridge::{BLOCK_TICKS, Block, Bridge, Crossed};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
+use super::stretch::{Mean, Row, Shaft, Stretch};
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
@@ -25,8 +26,6 @@ use serde::{Deserialize, Serialize};
 /// Servo ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a
 /// shaft's ringing.
 const SETTLE_TICKS: u32 = 60;
-/// Standard deviations by which an acceleration has to exceed the encoder's noise. A choice.
-const CLEAR_DEVIATIONS: f64 = 4.0;
 /// Blocks after which the load counts as known. A choice: 32 ms; fewer let a single bad block in,
 /// more leave the axis uncompensated longer.
 const BLOCKS_TO_KNOW: u32 = 8;
@@ -74,6 +73,8 @@ pub(super) struct LearningState {
     bridge: Option<Bridge>,
     /// Whether the last pair of blocks showed a load in contact.
     together: bool,
+    /// The last means of the present stretch.
+    stretch: Stretch,
     /// What a bridge said that ends where the load has yet to show that it is in contact.
     pending: Option<Crossed>,
 }
@@ -99,6 +100,7 @@ impl LearningState {
             before: None,
             bridge: None,
             together: false,
+            stretch: Stretch::default(),
             pending: None,
         }
     }
@@ -234,6 +236,9 @@ impl LearningState {
             let before = self.before.take();
             let together = std::mem::replace(&mut self.together, false);
             self.pending = None;
+            for row in self.stretch.end(motor, shaft(load)).into_iter().flatten() {
+                self.learn_row(&row, motor, load);
+            }
             if let Some(before) = before.filter(|_| together) {
                 self.bridge = Some(Bridge::start(before, &rest));
             } else if let Some(bridge) = &mut self.bridge {
@@ -276,7 +281,7 @@ impl LearningState {
         motor: &Motor,
         load: &mut LoadModel,
     ) {
-        let (count, inertia, rated) = (f64::from(BLOCK_TICKS), motor.inertia, motor.rated_torque);
+        let count = f64::from(BLOCK_TICKS);
         let span = count * Clock::SERVO.period_s();
         // the same triangle over velocity and acceleration: differences of the blocks' mean
         // positions, and an exact second difference
@@ -284,49 +289,53 @@ impl LearningState {
         let acceleration =
             ((position - second.position) - (second.position - first.position)) / (span * span);
         // torque behind the motor: what it gives less what it needs itself
-        let own =
-            inertia * acceleration + motor.viscous * speed + twin.motor_coulomb() * speed.signum();
+        let own = motor.inertia * acceleration
+            + motor.viscous * speed
+            + twin.motor_coulomb() * speed.signum();
         let torque = motor.torque_constant * (first.rising + second.falling) / count - own;
-        // the variance of a second difference is six times that of a position
-        let noise = 6.0 * motor.noise * motor.noise / (span * span * span * span);
-        let seen = if acceleration * acceleration > CLEAR_DEVIATIONS * CLEAR_DEVIATIONS * noise {
-            acceleration
-        } else {
-            0.0
-        };
-        // regressors in parts of the rated torque
-        let row = [
-            seen * inertia / rated,
-            speed / VISCOUS_SPEED,
-            speed.signum(),
-            1.0,
-        ];
         // torque behind a motor whose load is loose says nothing of the load, and a bridge that
         // ends there does not either
-        self.together = torque.abs() > UNLOADED_SHARE * rated;
+        self.together = torque.abs() > UNLOADED_SHARE * motor.rated_torque;
         let crossed = self.pending.take();
         if !self.together {
+            self.stretch.lose();
             return;
         }
         if let Some(crossed) = crossed {
             self.filter.cross(&crossed, motor);
         }
-        self.filter.update(
-            &row,
-            torque / rated,
-            noise * (inertia / rated) * (inertia / rated),
-            self.known,
-        );
+        let mean = Mean {
+            torque,
+            speed,
+            acceleration,
+        };
+        if let Some(row) = self.stretch.take(mean, motor, shaft(load)) {
+            self.learn_row(&row, motor, load);
+        }
+    }
+
+    /// Learns a row; once enough have been seen the load is believed, within physical bounds.
+    fn learn_row(&mut self, row: &Row, motor: &Motor, load: &mut LoadModel) {
+        self.filter
+            .update(&row.regressors, row.torque, row.noise, self.known);
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= BLOCKS_TO_KNOW {
-            // believed once enough blocks have been seen; within physical bounds
-            let (unit, mean) = (units(inertia, rated), self.filter.possible(self.anchored()));
+            let unit = units(motor.inertia, motor.rated_torque);
+            let mean = self.filter.possible(self.anchored());
             load.inertia = mean[0].clamp(LEAST_INERTIA, LARGEST_INERTIA) * unit[0];
             load.viscous = mean[1].max(0.0) * unit[1];
             load.coulomb = mean[2].max(0.0) * unit[2];
             load.constant = mean[3] * unit[3];
             self.known = true;
         }
+    }
+}
+
+/// The shaft of a load, with the time between two blocks.
+fn shaft(load: &LoadModel) -> Shaft {
+    Shaft {
+        stiffness: load.stiffness,
+        span: f64::from(BLOCK_TICKS) * Clock::SERVO.period_s(),
     }
 }
 

@@ -9,6 +9,10 @@ const LEAST_PASSING_PACE: f64 = 0.03;
 /// room. Record 41 of the decisions.
 const SURE_PACE_SHARE: f64 = 0.95;
 
+/// Least override above 0. A choice: a tenth of the finest step of a dial; with less nobody lives to
+/// see the end of a part, and a mistyped one would seem to hang.
+const LEAST_OVERRIDE: f64 = 1e-3;
+
 /// What an operator does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
@@ -18,12 +22,12 @@ pub enum Action {
     Resume,
     /// Comes to rest in the same way, for good.
     Stop,
-    /// The feed as a part of the programmed one, from 0 to 2. Rapid moves and those that heed no
+    /// The feed as a part of the programmed one: 0, or from 0.001 to 2. Rapid moves and those that heed no
     /// override stay as they are. Up to 1 it is the pace of the whole motion along a feed move;
     /// above it the motion gets as fast as the joints allow with that feed. At 0 it rests on a feed
     /// move.
     Override(f64),
-    /// The pace of rapid moves as a part of the planned one, from 0 to 1. At 0 it rests on a rapid
+    /// The pace of rapid moves as a part of the planned one: 0, or from 0.001 to 1. At 0 it rests on a rapid
     /// move.
     Rapid(f64),
 }
@@ -34,16 +38,18 @@ impl Action {
     /// # Errors
     /// An override out of its range.
     pub fn check(self) -> Result<(), PlanError> {
+        let within =
+            |value: f64, most: f64| value == 0.0 || (LEAST_OVERRIDE..=most).contains(&value);
         match self {
-            Action::Override(value) if !(0.0..=2.0).contains(&value) => Err(PlanError::Setting {
+            Action::Override(value) if !within(value, 2.0) => Err(PlanError::Setting {
                 what: "feed override",
                 value,
-                condition: "from 0 to 2",
+                condition: "0, or from 0.001 to 2",
             }),
-            Action::Rapid(value) if !(0.0..=1.0).contains(&value) => Err(PlanError::Setting {
+            Action::Rapid(value) if !within(value, 1.0) => Err(PlanError::Setting {
                 what: "rapid override",
                 value,
-                condition: "from 0 to 1",
+                condition: "0, or from 0.001 to 1",
             }),
             _ => Ok(()),
         }

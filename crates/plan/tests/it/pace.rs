@@ -154,11 +154,16 @@ fn dwells_are_not_stretched() {
 #[test]
 fn overrides_out_of_range_are_refused() {
     let mut pacer = Pacer::new(&three_axes()).unwrap();
-    for part in [-0.5, 2.01, f64::NAN, f64::INFINITY] {
+    for part in [-0.5, 1e-9, 9e-4, 2.01, f64::NAN, f64::INFINITY] {
         assert!(pacer.act(Action::Override(part)).is_err(), "{part}");
         assert!(pacer.act(Action::Rapid(part)).is_err(), "{part}");
     }
     assert!(pacer.act(Action::Rapid(1.01)).is_err());
+    for part in [0.0, 1e-3] {
+        assert!(
+            pacer.act(Action::Override(part)).is_ok() && pacer.act(Action::Rapid(part)).is_ok()
+        );
+    }
 }
 
 proptest! {
