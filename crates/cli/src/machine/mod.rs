@@ -25,8 +25,8 @@ pub(crate) enum MachineCommand {
     Show(ShowMachine),
     /// Say everything that is wrong with a machine file, and how the loops of its axes are tuned
     Check(CheckMachine),
-    /// Make a machine file from another program's description: LinuxCNC INI, grbl `$$`, FreeCAD
-    /// .fcm, URDF
+    /// Make a machine file from another program's description: LinuxCNC INI, grbl `$$`, Klipper,
+    /// FluidNC, RepRapFirmware, Marlin, Sinumerik, Fanuc, TwinCAT, MTConnect, FreeCAD .fcm, URDF
     Import(make::Import),
     /// Make a machine file with comments from a preset and what is different about your machine
     New(make::New),

@@ -6,8 +6,9 @@
 //! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
 //! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
 
-use super::draft::{Draft, Fate, Told};
-use super::{Format, ImportOptions, number, problem};
+use super::draft::{Draft, Fate, Quantity, Told};
+use super::{Format, ImportOptions, number, positive, problem};
+use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 
@@ -112,6 +113,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             "it has to be what grbl answers to `$$`, with $110=... and so on",
         ));
     }
+    // grblHAL where it was built with $160: a rapid before the move.
+    if draft.axes.iter().any(|axis| axis.gap.is_some()) {
+        draft.control = Some(Control::GrblHal);
+        draft.carry("fixed", |_| Vec::new());
+    }
     if problems.is_empty() {
         Ok(draft)
     } else {
@@ -182,12 +188,12 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
         return Ok(());
     };
     if code < 110 {
-        draft.row(
-            name,
-            value,
-            Fate::Ignored,
-            format!("steps of {axis}: the drive comes from the preset"),
-        );
+        let told = Told {
+            value: positive(line, &name, value)?,
+            from: name,
+            line,
+        };
+        draft.tell(axis, Quantity::StepsPerUnit, told, value);
         return Ok(());
     }
     let amount = number(line, &name, value)?;

@@ -1,13 +1,15 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
 //! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL]
-//! HALCMD and HALFILE where they set pins of the kinematics. Units are those of the machine and
-//! seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
+//! HALCMD and HALFILE where they set pins of the kinematics; what moves the joints
+//! (`linuxcnc_motors`), and the files that it names (`linuxcnc_files`). Units are those of the
+//! machine and seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
 use super::ini::{self, Entry, Ini};
 use super::kins::{self, Module, Numbered};
-use super::{Format, ImportOptions, number, problem};
+use super::{Format, ImportOptions, linuxcnc_files, linuxcnc_motors, number, problem};
+use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::KinematicsSpec;
@@ -25,7 +27,7 @@ pub(super) const FORMAT: Format = Format {
 
 /// Reads the file.
 fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let ini = ini::read(text, options.files)?;
+    let ini = ini::read(text, options)?;
     let first = |sections: &[&str], key: &str| ini.first(sections, key);
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
@@ -99,6 +101,21 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         if entry.section == "HAL" && wire(&ini, entry, &mut pins, options) {
             continue;
         }
+        let joint = joints.of(&entry.section);
+        let mm = joints.units.linear;
+        let taken = match joint {
+            Some(_) if linuxcnc_motors::is_motor_key(&entry.key) => Ok(true),
+            Some(_) if matches!(entry.key.as_str(), "COMP_FILE" | "COMP_FILE_TYPE") => Ok(true),
+            _ => linuxcnc_files::take(&mut draft, entry, mm, options),
+        };
+        match taken {
+            Ok(true) => continue,
+            Ok(false) => {}
+            Err(found) => {
+                problems.push(found);
+                continue;
+            }
+        }
         match limit(entry, &joints) {
             Ok(Some(found)) => limits.add(found),
             Ok(None) => other(&mut draft, entry),
@@ -106,6 +123,34 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         }
     }
     limits.set(&mut draft);
+    let units = (joints.units.linear, joints.units.angular);
+    for entry in ini.entries.iter().filter(|entry| entry.key == "COMP_FILE") {
+        let Some(joint) = joints.of(&entry.section) else {
+            continue;
+        };
+        let kind = ini.first(&[&entry.section], "COMP_FILE_TYPE");
+        let unit = if joint.1 { units.1 } else { units.0 };
+        if let Err(found) =
+            linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, options)
+        {
+            problems.push(found);
+        }
+    }
+    if let Err(found) =
+        linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options)
+    {
+        problems.push(found);
+    }
+    // BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
+    draft.control = Some(Control::LinuxCnc);
+    draft.carry("fixed-linuxcnc", |axis| {
+        let told = [
+            ("velocity_units_s", &axis.velocity),
+            ("acceleration_units_s2", &axis.acceleration),
+        ];
+        let told = told.into_iter().filter(|_| !axis.rotary);
+        told.filter_map(|(key, told)| Some((key, told.as_ref()?.value))).collect()
+    });
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(
             1,
