@@ -157,6 +157,30 @@ impl DraftAxis {
         }
     }
 
+    /// The control runs a method on this axis.
+    pub(super) fn carry(&mut self, method: &'static str, settings: Vec<(&'static str, f64)>) {
+        let gap = self.gap.as_ref().filter(|gap| gap.value > 0.0);
+        self.carried = gap.map(|gap| Carried {
+            method,
+            settings,
+            from: gap.from.clone(),
+        });
+    }
+
+    /// What the report says of that.
+    pub(super) fn carried_row(&self) -> Option<Row> {
+        let carried = self.carried.as_ref()?;
+        Some(Row {
+            key: format!(
+                "axis.{}.compensation.method",
+                self.id.letter().to_ascii_lowercase()
+            ),
+            value: carried.method.to_owned(),
+            fate: Fate::Used,
+            note: format!("the control runs it already: {}", carried.from),
+        })
+    }
+
     /// The place of a quantity. Those of a stepper make the axis one.
     fn slot(&mut self, quantity: Quantity) -> &mut Option<Told> {
         match quantity {
@@ -290,22 +314,9 @@ impl Draft {
         settings: impl Fn(&DraftAxis) -> Vec<(&'static str, f64)>,
     ) {
         for axis in &mut self.axes {
-            let Some(gap) = axis.gap.as_ref().filter(|gap| gap.value > 0.0) else {
-                continue;
-            };
-            let from = gap.from.clone();
-            axis.carried = Some(Carried {
-                method,
-                settings: settings(axis),
-                from: from.clone(),
-            });
-            let letter = axis.id.letter().to_ascii_lowercase();
-            self.rows.push(Row {
-                key: format!("axis.{letter}.compensation.method"),
-                value: method.to_owned(),
-                fate: Fate::Used,
-                note: format!("the control runs it already: {from}"),
-            });
+            let settings = settings(axis);
+            axis.carry(method, settings);
+            self.rows.extend(axis.carried_row());
         }
     }
 

@@ -79,6 +79,9 @@ formats! {
     fluidnc: FluidNc "FluidNC's configuration (YAML).";
     duet: Duet "RepRapFirmware's config.g.";
     marlin: Marlin "What Marlin answers to M503, or its Configuration.h.";
+    sinumerik: Sinumerik "Machine data of a Sinumerik archive as text.";
+    fanuc: Fanuc "Fanuc's parameters as punched out.";
+    mtconnect: MtConnect "MTConnect's device description (XML).";
 }
 
 impl ImportFormat {

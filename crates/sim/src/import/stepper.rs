@@ -9,8 +9,8 @@
 //! own frequency w = sqrt(p T_h/J)                     lightly damped: DAMPING
 //! lost steps    beyond a quarter of an electrical turn, one full step
 //! ```
-//! Written with the keys of any drive, that is a position gain of `w/(2 D)` over a velocity gain of
-//! `2 D w J/K`, a current limit of `T_h/K`, no integral part, no feed-forward of the acceleration,
+//! Written with the keys of any drive, that is a position gain of `p T_h/d` over a velocity gain of
+//! `d/K`, `d` the damping torque per speed and `K` the torque constant, a current limit of `T_h/K`, no integral part, no feed-forward of the acceleration,
 //! and a machine that stops where a stepper would lose a step. The spring is straight up to the
 //! pull-out torque where a stepper's is a sine; the winding's inductance and the supply limit the
 //! torque at speed. A two-phase motor in the three-phase frame of a drive: all voltages times 2/3.
@@ -30,6 +30,13 @@ pub(super) const SERVO_US: f64 = 125.0;
 /// Damping of the rotor on its spring, of the critical one. A choice: drivers that damp resonance
 /// reach some tenths, plain ones a few hundredths, at which mid-band resonance makes motors stall.
 const DAMPING: f64 = 0.4;
+
+/// Most that the drive damps the rotor alone, 1/s: what the delays of the model's loops bear. Behind
+/// a soft belt the rotor swings without its load.
+const MOST_DAMPING_PER_S: f64 = 2000.0;
+
+/// Highest resonance of the load that is guessed, Hz: what is stiffer is rigid here.
+const RIGID_HZ: f64 = 500.0;
 
 /// Bandwidth of the current in a winding, Hz: choppers of 20 to 40 kHz follow within some 0.1 ms.
 const CURRENT_HZ: f64 = 1500.0;
@@ -257,8 +264,13 @@ pub(super) fn drive(
         (false, true) => typical.belt_n_per_um,
         (false, false) => typical.screw_n_per_um,
     };
+    let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
+        / reflected(if axis.rotary { 1.0 } else { 1e6 });
+    let stiffness = stiffness.min(rigid);
     let inertia = class.inertia_kgm2 + reflected(load);
-    let own = (0.5 * poles * pull_out / inertia).sqrt();
+    let spring = 0.5 * poles * pull_out;
+    let own = (spring / inertia).sqrt();
+    let damping = (2.0 * DAMPING * own * inertia).min(MOST_DAMPING_PER_S * class.inertia_kgm2);
 
     // The supply: what the class has, or what the told speed needs.
     let speed = velocity * motor_per_unit;
@@ -307,12 +319,12 @@ pub(super) fn drive(
     let gap_from = gap.map_or("guess", |gap| gap.from.as_str());
     let gap_units = gap.map_or(GAP_UNITS, |gap| gap.value);
     if axis.rotary {
-        let damping = 2.0 * SLIDE_DAMPING * (stiffness * load).sqrt();
+        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * load).sqrt();
         line(format!(
             "\n# guesses\n[axis.{letter}.load.table]\ninertia_kgm2 = {load:?}\ncoulomb_nm = {}\nstiffness_nm_per_rad = {}\ndamping_nm_s_per_rad = {}\ngap_mdeg = {} # {gap_from}",
             float(friction),
             float(stiffness),
-            float(damping),
+            float(own_damping),
             float(gap_units * 1e3),
         ));
         guess(
@@ -322,19 +334,19 @@ pub(super) fn drive(
         );
     } else {
         // N s/m, written as N s/mm.
-        let damping = 2.0 * SLIDE_DAMPING * (stiffness * 1e6 * load).sqrt() * 1e-3;
+        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * 1e6 * load).sqrt() * 1e-3;
         line(format!(
             "\n# guesses\n[axis.{letter}.load.slide]\nmass_kg = {}\ncoulomb_n = {}\nstiffness_n_per_um = {}\ndamping_n_s_per_mm = {}\ngap_um = {} # {gap_from}",
             float(load),
             float(friction),
             float(stiffness),
-            float(damping),
+            float(own_damping),
             float(gap_units * 1e3),
         ));
         let by = if is_belt { "belt or rack" } else { "screw" };
         guess(
             "load.slide",
-            format!("{load:.2} kg, {friction:.1} N of friction, {stiffness} N/um"),
+            format!("{load:.2} kg, {friction:.1} N of friction, {stiffness:.3} N/um"),
             &format!("a {by}, by the travel of a turn; weigh it, and pull it by a spring balance"),
         );
     }
@@ -352,8 +364,8 @@ pub(super) fn drive(
         own / TAU,
         float(class.phase_h * 2.0 / 3.0 * TAU * CURRENT_HZ),
         float(class.phase_h / class.phase_ohm),
-        2.0 * DAMPING * own * inertia / constant,
-        float(own / (2.0 * DAMPING)),
+        damping / constant,
+        float(spring / damping),
         float(peak_a),
         peak.map_or_else(|| " # guess: rated".to_owned(), |peak| format!(" # {}", peak.from)),
         float(supply * 2.0 / 3.0_f64.sqrt()),
