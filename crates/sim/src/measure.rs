@@ -100,7 +100,9 @@ impl Value {
         changed.compensation = axis.compensation.clone();
         // A control that is told nothing by its settings was told the gap of the description.
         let motor_rad = axis.reflected_load().gap_rad;
-        changed.compensation.tell_missing_gap(Gap::MotorRad(motor_rad));
+        changed
+            .compensation
+            .tell_missing_gap(Gap::MotorRad(motor_rad));
         match self {
             Value::Told(_) => {}
             Value::Inertia => {
@@ -229,7 +231,9 @@ fn is_guess(guesses: &BTreeSet<String>, axis: AxisId, value: Value) -> bool {
     guesses.iter().any(|key| {
         let last = key.rsplit('.').next().unwrap_or_default();
         let of_motor = key.contains(".motor.");
-        key.starts_with(&own) && !of_motor && value.stems().iter().any(|stem| last.starts_with(stem))
+        key.starts_with(&own)
+            && !of_motor
+            && value.stems().iter().any(|stem| last.starts_with(stem))
     })
 }
 
@@ -283,7 +287,9 @@ pub fn measurements(
         }
     };
     let simulate = |machine: &Machine| -> Result<Run, SimError> {
-        Simulation::new(part, machine).options(options.clone()).run()
+        Simulation::new(part, machine)
+            .options(options.clone())
+            .run()
     };
     let first = simulate(machine)?;
     let described = first
@@ -295,7 +301,10 @@ pub fn measurements(
     let duration = first.plan.duration_s;
     if duration * most as f64 > wanted.max_motion_s {
         return Err(SimError::refused(
-            format!("{most} runs of {duration:.0} s are more than {} s of motion", wanted.max_motion_s),
+            format!(
+                "{most} runs of {duration:.0} s are more than {} s of motion",
+                wanted.max_motion_s
+            ),
             "take a shorter part, or allow more",
         ));
     }

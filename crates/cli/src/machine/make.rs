@@ -8,9 +8,7 @@ use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::import::{
-    ImportFormat, ImportOptions, MAX_BYTES, Row, import as imported,
-};
+use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, Row, import as imported};
 use lostmotion::sim::machine::presets;
 use lostmotion::sim::{Machine, machine::MachineAxis};
 use std::path::{Path, PathBuf};

@@ -8,8 +8,8 @@ use crate::parts::failure;
 use lostmotion::Program;
 use lostmotion::report::number::{error, percent};
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::measure::{MeasureOptions, Measurements, guesses, measurements};
 use lostmotion::sim::machine::presets;
+use lostmotion::sim::measure::{MeasureOptions, Measurements, guesses, measurements};
 use lostmotion::sim::{Machine, SimulateOptions};
 use std::path::Path;
 
@@ -59,7 +59,6 @@ pub(super) fn shown(found: &Measurements) -> String {
         found.runs,
         found.motion_s
     ));
-    text.push('\n');
     if found.measure.is_empty() {
         text.push_str("none of them changes it\n");
         return text;
@@ -75,10 +74,15 @@ pub(super) fn shown(found: &Measurements) -> String {
         ("verdict", Align::Left),
     ]);
     for it in &found.measure {
-        let change = it
-            .change_um
-            .map_or_else(|| "stops".to_owned(), |change| format!("{} um", error(change)));
-        let verdict = if found.turns_verdict(it) { "may turn" } else { "stays" };
+        let change = it.change_um.map_or_else(
+            || "stops".to_owned(),
+            |change| format!("{} um", error(change)),
+        );
+        let verdict = if found.turns_verdict(it) {
+            "may turn"
+        } else {
+            "stays"
+        };
         table.row([
             it.axis.to_string().into(),
             it.quantity.as_str().into(),
@@ -96,7 +100,6 @@ pub(super) fn shown(found: &Measurements) -> String {
         if !said.contains(&it.quantity.as_str()) {
             said.push(&it.quantity);
             text.push_str(&wrapped(&format!("{}: {}", it.quantity, it.how)));
-            text.push('\n');
         }
     }
     text

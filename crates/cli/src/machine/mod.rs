@@ -6,8 +6,8 @@ mod measure;
 
 use crate::options::machine::{Changes, check, machine_names};
 use crate::options::number;
-use crate::parts::to_json;
 use crate::output::{self, DONE, Failure, stdout_columns, wrapped, write_text};
+use crate::parts::to_json;
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::analysis::{LimitCycle, LoopAnalysis};
 use lostmotion::base::AxisId;

@@ -301,7 +301,10 @@ impl Draft {
                 .rfind(|row| row.key == before.from && row.note == note)
         {
             row.fate = Fate::Ignored;
-            row.note = format!("line {}: given again in line {line}, which counts", before.line);
+            row.note = format!(
+                "line {}: given again in line {line}, which counts",
+                before.line
+            );
         }
         self.row(from, value, Fate::Used, note);
     }

@@ -59,7 +59,15 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         multiple: USUAL_MULTIPLE,
         bytes: 0,
     };
-    file(text, None, 0, options, &mut draft, &mut whole, &mut problems);
+    file(
+        text,
+        None,
+        0,
+        options,
+        &mut draft,
+        &mut whole,
+        &mut problems,
+    );
     if problems.is_empty() {
         problems.extend(mcodes::no_axes(&draft, "is it the board's config.g?"));
     }
@@ -99,7 +107,15 @@ fn file(
                 Ok(text) if whole.bytes.saturating_add(text.len()) <= options.max_bytes => {
                     whole.bytes += text.len();
                     draft.row("M98", name, Fate::Used, "read in its place");
-                    file(&text, Some(code.line), depth + 1, options, draft, whole, problems);
+                    file(
+                        &text,
+                        Some(code.line),
+                        depth + 1,
+                        options,
+                        draft,
+                        whole,
+                        problems,
+                    );
                 }
                 Ok(_) => problems.push(problem(
                     code.line,
@@ -117,7 +133,9 @@ fn file(
 
 fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Problem> {
     // Expressions have values that only the firmware knows.
-    let known = ["M92", "M203", "M201", "M208", "M350", "M906", "M425", "M669"];
+    let known = [
+        "M92", "M203", "M201", "M208", "M350", "M906", "M425", "M669",
+    ];
     let expression = code.words.iter().find(|(_, text)| text.contains('{'));
     if let Some((letter, text)) = expression.filter(|_| known.contains(&code.code.as_str())) {
         return Err(problem(
@@ -158,11 +176,19 @@ fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Proble
                 "start from `machine show delta`",
             ));
         }
-        "M566" => code.ignore(draft, "how suddenly corners are taken: no tolerance of the path"),
+        "M566" => code.ignore(
+            draft,
+            "how suddenly corners are taken: no tolerance of the path",
+        ),
         "M425" => {
             if let Some(text) = code.word('S') {
                 whole.multiple = positive(code.line, "M425 S", text)?.max(1.0);
-                draft.row("M425 S", text, Fate::Used, "over how many gaps one is spread");
+                draft.row(
+                    "M425 S",
+                    text,
+                    Fate::Used,
+                    "over how many gaps one is spread",
+                );
             }
             mcodes::limits(draft, code, &UNITS)?;
         }

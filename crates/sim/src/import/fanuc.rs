@@ -61,7 +61,11 @@ impl Entry<'_> {
 
 /// The values of a line; none if it is no parameter or of another path.
 fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Result<(), Problem> {
-    let told = text.split(['(', ';', '%']).next().unwrap_or_default().trim();
+    let told = text
+        .split(['(', ';', '%'])
+        .next()
+        .unwrap_or_default()
+        .trim();
     let Some(rest) = told.strip_prefix('N') else {
         return Ok(());
     };
@@ -91,7 +95,8 @@ fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Resul
                 value,
             }),
             'P' => return Err(bad()),
-            c if c.is_ascii_alphabetic() || c.is_whitespace() => {}
+            // Of spindles and of groups of parameters.
+            'S' | 'L' | ' ' => {}
             _ => return Err(bad()),
         }
         rest = next;
@@ -119,7 +124,9 @@ impl Parameters<'_> {
     }
 
     fn axis(&self, number: usize) -> Option<(AxisId, bool)> {
-        let named = self.of(1020, number).and_then(|it| it.value.parse::<u8>().ok());
+        let named = self
+            .of(1020, number)
+            .and_then(|it| it.value.parse::<u8>().ok());
         match named {
             Some(code) => AxisId::from_letter(char::from(code)).map(|axis| (axis, true)),
             None => AxisId::from_index(number.checked_sub(1)?).map(|axis| (axis, false)),
@@ -142,7 +149,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         problems.push(problem(inch.line, "N1001", message, ""));
     }
     let numbers: Vec<usize> = (1..=MOST_AXES)
-        .filter(|axis| [1420, 1320, 1851].iter().any(|key| all.of(*key, *axis).is_some()))
+        .filter(|axis| {
+            [1420, 1320, 1851]
+                .iter()
+                .any(|key| all.of(*key, *axis).is_some())
+        })
         .collect();
     for number in numbers {
         let Some((axis, named)) = all.axis(number) else {
@@ -158,7 +169,12 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         }
         if !named {
             let why = "its name (1020) is not in the file: by its number";
-            draft.row(format!("A{number}"), format!("axis {axis}"), Fate::Guessed, why);
+            draft.row(
+                format!("A{number}"),
+                format!("axis {axis}"),
+                Fate::Guessed,
+                why,
+            );
         }
         if let Err(found) = take(&mut draft, &all, number, axis) {
             problems.push(found);
@@ -171,7 +187,9 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     if !problems.is_empty() {
         return Err(problems);
     }
-    let read = [1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1828, 1829, 1851, 1852];
+    let read = [
+        1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1828, 1829, 1851, 1852,
+    ];
     for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
         draft.row(entry.name(), entry.value, Fate::Ignored, "");
     }
@@ -196,7 +214,11 @@ fn take(
         };
         let value = number(entry.line, &entry.name(), entry.value)?;
         // Newer controls write mm with a point, older ones increments.
-        let value = if entry.value.contains('.') { value } else { value * increment };
+        let value = if entry.value.contains('.') {
+            value
+        } else {
+            value * increment
+        };
         if value.abs() >= NO_LIMIT * increment {
             draft.row(entry.name(), entry.value, Fate::Ignored, "no limit");
         } else {
@@ -212,25 +234,50 @@ fn take(
     };
     let rapid = amount(1420)?;
     if let Some((entry, value)) = rapid {
-        draft.tell(axis, Quantity::Velocity, told(entry, value / 60.0), entry.value);
+        draft.tell(
+            axis,
+            Quantity::Velocity,
+            told(entry, value / 60.0),
+            entry.value,
+        );
     }
     match (amount(1660)?, rapid, amount(1620)?) {
         (Some((entry, value)), ..) => {
-            draft.tell(axis, Quantity::Acceleration, told(entry, value), entry.value);
+            draft.tell(
+                axis,
+                Quantity::Acceleration,
+                told(entry, value),
+                entry.value,
+            );
         }
         // The rapid speed in this time.
         (None, Some((_, rapid)), Some((entry, ms))) => {
             let value = rapid / 60.0 / (ms * 1e-3);
-            draft.tell(axis, Quantity::Acceleration, told(entry, value), entry.value);
+            draft.tell(
+                axis,
+                Quantity::Acceleration,
+                told(entry, value),
+                entry.value,
+            );
         }
         _ => {}
     }
     if let Some((entry, value)) = amount(1828)? {
-        draft.row(entry.name(), entry.value, Fate::Used, format!("following error of {axis}"));
+        draft.row(
+            entry.name(),
+            entry.value,
+            Fate::Used,
+            format!("following error of {axis}"),
+        );
         draft.axis(axis, axis.is_rotary()).following_error = Some(told(entry, value * increment));
     }
     if let Some((entry, value)) = amount(1829)? {
-        draft.row(entry.name(), entry.value, Fate::Used, format!("following error of {axis} at rest"));
+        draft.row(
+            entry.name(),
+            entry.value,
+            Fate::Used,
+            format!("following error of {axis} at rest"),
+        );
         draft.axis(axis, axis.is_rotary()).standstill_error = Some(told(entry, value * increment));
     }
     gap(draft, all, number_of, axis, increment)
@@ -257,7 +304,10 @@ fn gap(
     let cutting = amount(entry)?;
     draft.row(
         entry.name(),
-        format!("{increment} {}", if axis.is_rotary() { "deg" } else { "mm" }),
+        format!(
+            "{increment} {}",
+            if axis.is_rotary() { "deg" } else { "mm" }
+        ),
         Fate::Guessed,
         "the detection unit is taken to be the least increment (CMR 1)",
     );
@@ -270,11 +320,21 @@ fn gap(
     let apart = all.of(1800, 0).is_some_and(|it| it.bit(4));
     let rapid = match all.of(1852, number_of) {
         Some(entry) if apart => {
-            draft.row(entry.name(), entry.value, Fate::Used, format!("gap of {axis} in rapids (RBK)"));
+            draft.row(
+                entry.name(),
+                entry.value,
+                Fate::Used,
+                format!("gap of {axis} in rapids (RBK)"),
+            );
             amount(entry)?
         }
         Some(entry) => {
-            draft.row(entry.name(), entry.value, Fate::Ignored, "RBK (1800#4) is not set");
+            draft.row(
+                entry.name(),
+                entry.value,
+                Fate::Ignored,
+                "RBK (1800#4) is not set",
+            );
             cutting
         }
         None => cutting,
@@ -286,7 +346,10 @@ fn gap(
         ["cutting.um", "rapid.um"]
     };
     let own = draft.axis(axis, axis.is_rotary());
-    own.carry("fixed-fanuc", vec![(keys[0], cutting * 1e3), (keys[1], rapid * 1e3)]);
+    own.carry(
+        "fixed-fanuc",
+        vec![(keys[0], cutting * 1e3), (keys[1], rapid * 1e3)],
+    );
     let row = own.carried_row();
     draft.rows.extend(row);
     Ok(())

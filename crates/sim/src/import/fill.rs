@@ -545,9 +545,11 @@ fn positions(
     let told = draft.offsets.iter().map(|(table, ..)| *table);
     let mut tables: Vec<&str> = usual.into_iter().chain(told).collect();
     let mut seen = Vec::new();
-    tables.retain(|table| !seen.contains(table) && {
-        seen.push(*table);
-        true
+    tables.retain(|table| {
+        !seen.contains(table) && {
+            seen.push(*table);
+            true
+        }
     });
     for key in tables {
         let mut lines = Vec::new();
@@ -562,9 +564,7 @@ fn positions(
                     .is_some_and(|(min, max)| (*min..=*max).contains(&value))
             };
             let (value, from) = match told {
-                Some((_, _, told)) if has(told.value) => {
-                    (told.value, format!(" # {}", told.from))
-                }
+                Some((_, _, told)) if has(told.value) => (told.value, format!(" # {}", told.from)),
                 Some((_, _, told)) => {
                     rows.push(Row {
                         key: told.from.clone(),

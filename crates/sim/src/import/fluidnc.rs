@@ -103,7 +103,12 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             .is_some_and(|other| std::ptr::eq(other, leaf));
         if !counts {
             let note = "given again, which counts";
-            draft.row(leaf.path.join("."), leaf.value.as_str(), Fate::Ignored, note);
+            draft.row(
+                leaf.path.join("."),
+                leaf.value.as_str(),
+                Fate::Ignored,
+                note,
+            );
         } else if let Err(found) = take(&mut draft, &leaves, leaf) {
             problems.push(found);
         }

@@ -151,7 +151,13 @@ impl Ini {
         }
         // Told once: a fault in what it includes itself would be told for every level.
         if problems.is_empty() {
-            self.file(&text, Some((file, place.line)), options, depth + 1, problems);
+            self.file(
+                &text,
+                Some((file, place.line)),
+                options,
+                depth + 1,
+                problems,
+            );
         }
     }
 

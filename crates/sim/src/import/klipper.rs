@@ -62,7 +62,8 @@ impl Lines {
         for (index, line) in text.lines().enumerate() {
             let place = at.unwrap_or(index + 1);
             // SAVE_CONFIG writes its part as comments, which count.
-            let line = line.strip_prefix("#*#").unwrap_or(line);
+            let saved = line.strip_prefix("#*#");
+            let line = saved.map_or(line, |own| own.strip_prefix(' ').unwrap_or(own));
             let continues = line.starts_with([' ', '\t']) && !line.trim_start().starts_with('[');
             let told = line.split(['#', ';']).next().unwrap_or_default().trim();
             if told.is_empty() {
@@ -70,7 +71,12 @@ impl Lines {
             }
             if let Some(name) = told.strip_prefix('[') {
                 let name = name.strip_suffix(']').ok_or_else(|| {
-                    problem(place, told, "the section's name is not closed", "write [printer]")
+                    problem(
+                        place,
+                        told,
+                        "the section's name is not closed",
+                        "write [printer]",
+                    )
                 })?;
                 match name.strip_prefix("include ") {
                     Some(file) => self.include(file.trim(), place, depth, options, draft)?,
@@ -118,7 +124,12 @@ impl Lines {
                 self.file(&text, Some(line), depth + 1, options, draft)?;
                 self.section = section;
             }
-            Err(why) => draft.row("[include]", file, Fate::Ignored, format!("not read ({why})")),
+            Err(why) => draft.row(
+                "[include]",
+                file,
+                Fate::Ignored,
+                format!("not read ({why})"),
+            ),
         }
         Ok(())
     }
@@ -157,13 +168,23 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             .last(&entry.section, &entry.key)
             .is_some_and(|last| std::ptr::eq(last, entry));
         if !counts {
-            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, "given again, which counts");
+            draft.row(
+                entry.name(),
+                entry.value.as_str(),
+                Fate::Ignored,
+                "given again, which counts",
+            );
         } else if let Err(found) = take(&mut draft, &lines, entry) {
             problems.push(found);
         }
     }
     if draft.axes.is_empty() && problems.is_empty() {
-        problems.push(problem(1, "", "there is no [stepper_x]", "is it the printer's main file?"));
+        problems.push(problem(
+            1,
+            "",
+            "there is no [stepper_x]",
+            "is it the printer's main file?",
+        ));
     }
     if kinematics.is_some_and(|entry| entry.value == "corexy") && problems.is_empty() {
         draft.belts();
@@ -209,7 +230,12 @@ fn take(draft: &mut Draft, lines: &Lines, entry: &Entry) -> Result<(), Problem> 
         return Ok(());
     };
     if !first {
-        draft.row(name.as_str(), value, Fate::Ignored, "a further motor of the axis: one moves it here");
+        draft.row(
+            name.as_str(),
+            value,
+            Fate::Ignored,
+            "a further motor of the axis: one moves it here",
+        );
         return Ok(());
     }
     let (quantity, amount) = match entry.key.as_str() {
@@ -235,7 +261,12 @@ fn take(draft: &mut Draft, lines: &Lines, entry: &Entry) -> Result<(), Problem> 
         }
         "position_min" => (Quantity::Min, number(entry.line, &name, value)?),
         "gear_ratio" => {
-            draft.row(name.as_str(), value, Fate::Used, "within the travel of a turn of the motor");
+            draft.row(
+                name.as_str(),
+                value,
+                Fate::Used,
+                "within the travel of a turn of the motor",
+            );
             return Ok(());
         }
         "step_distance" => {

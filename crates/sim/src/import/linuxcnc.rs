@@ -130,15 +130,11 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         };
         let kind = ini.first(&[&entry.section], "COMP_FILE_TYPE");
         let unit = if joint.1 { units.1 } else { units.0 };
-        if let Err(found) =
-            linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, options)
-        {
+        if let Err(found) = linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, options) {
             problems.push(found);
         }
     }
-    if let Err(found) =
-        linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options)
-    {
+    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options) {
         problems.push(found);
     }
     // BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
@@ -149,7 +145,8 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             ("acceleration_units_s2", &axis.acceleration),
         ];
         let told = told.into_iter().filter(|_| !axis.rotary);
-        told.filter_map(|(key, told)| Some((key, told.as_ref()?.value))).collect()
+        told.filter_map(|(key, told)| Some((key, told.as_ref()?.value)))
+            .collect()
     });
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(

@@ -14,6 +14,9 @@ const MOST_TRIPLETS: usize = 256;
 /// Most tools that are read.
 const MOST_TOOLS: usize = 1000;
 
+/// Lengths and diameters that machine files take, mm.
+const LENGTHS_MM: std::ops::RangeInclusive<f64> = 0.0..=1e4;
+
 /// Parameters of positions: table, and that of X; Y, Z, A, B, C, U, V, W follow.
 const POSITIONS: [(&str, u32); 11] = [
     ("home.g28", 5161),
@@ -95,7 +98,12 @@ pub(super) fn take(
         ("EMCMOT", "SERVO_PERIOD") => {
             let ms = positive(entry.line, &entry.name(), &entry.value)? * 1e-6;
             if COMMAND_MS.contains(&ms) {
-                draft.row(entry.name(), entry.value.as_str(), Fate::Used, "cycle of the setpoints, ns");
+                draft.row(
+                    entry.name(),
+                    entry.value.as_str(),
+                    Fate::Used,
+                    "cycle of the setpoints, ns",
+                );
                 draft.command_ms = Some(Told {
                     value: ms,
                     from: entry.name(),
@@ -144,6 +152,12 @@ fn tools(draft: &mut Draft, named: &Named<'_>, options: &ImportOptions<'_>) -> R
             length_mm: value(length)? * named.mm,
             diameter_mm: value(diameter)?.abs() * named.mm,
         };
+        if !LENGTHS_MM.contains(&tool.length_mm) || !LENGTHS_MM.contains(&tool.diameter_mm) {
+            let note =
+                "lengths below 0 or above 10 m are none here: measured against another tool?";
+            draft.row(format!("{key} T{number}"), length, Fate::Ignored, note);
+            continue;
+        }
         // Of a tool that stands in two pockets the last counts, as on the machine.
         draft.tools.retain(|other| other.number != number);
         draft.tools.push(tool);
@@ -184,7 +198,11 @@ fn parameters(
             _ => return Err(named.fault(index + 1, &format!("`{value}` is not a number"))),
         };
         if value != 0.0 {
-            let value = if axis.is_rotary() { value } else { value * named.mm };
+            let value = if axis.is_rotary() {
+                value
+            } else {
+                value * named.mm
+            };
             draft.offsets.push((
                 table,
                 axis,
@@ -197,7 +215,12 @@ fn parameters(
         }
     }
     let note = format!("{} places of axes", draft.offsets.len() - before);
-    draft.row(named.entry.name(), named.entry.value.as_str(), Fate::Used, note);
+    draft.row(
+        named.entry.name(),
+        named.entry.value.as_str(),
+        Fate::Used,
+        note,
+    );
     Ok(())
 }
 
@@ -219,7 +242,12 @@ fn startup(draft: &mut Draft, named: &Named<'_>) -> Result<(), Problem> {
         Some(digits) => {
             let text: String = digits.collect();
             let value = positive(entry.line, &entry.name(), &text)? * unit;
-            draft.row(entry.name(), entry.value.as_str(), Fate::Used, "tolerance of G64; write the rest into the program");
+            draft.row(
+                entry.name(),
+                entry.value.as_str(),
+                Fate::Used,
+                "tolerance of G64; write the rest into the program",
+            );
             draft.path_tolerance_mm = Some(Told {
                 value,
                 from: entry.name(),
@@ -230,7 +258,12 @@ fn startup(draft: &mut Draft, named: &Named<'_>) -> Result<(), Problem> {
             let note = "G64 without P blends without a bound: a tolerance is kept here";
             draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
         }
-        None => draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, "write it into the program"),
+        None => draft.row(
+            entry.name(),
+            entry.value.as_str(),
+            Fate::Ignored,
+            "write it into the program",
+        ),
     }
     Ok(())
 }

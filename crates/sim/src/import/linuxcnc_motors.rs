@@ -50,13 +50,23 @@ pub(super) fn tell(
         let is_stepper = generator.is_some() || (wired && own("SCALE").is_some());
         let Some(steps) = steps else { continue };
         if !is_stepper {
-            draft.row(steps.name(), steps.value.as_str(), Fate::Ignored, "of an encoder: the drive comes from the preset");
+            draft.row(
+                steps.name(),
+                steps.value.as_str(),
+                Fate::Ignored,
+                "of an encoder: the drive comes from the preset",
+            );
             continue;
         }
         // Of two motors on an axis the first counts.
         let has = draft.axis(*axis, *turns).stepper.is_some();
         if has {
-            draft.row(steps.name(), steps.value.as_str(), Fate::Ignored, "a further motor of the axis: one moves it here");
+            draft.row(
+                steps.name(),
+                steps.value.as_str(),
+                Fate::Ignored,
+                "a further motor of the axis: one moves it here",
+            );
             continue;
         }
         // Old files have an offset behind it; the sign is the direction.
@@ -84,7 +94,12 @@ pub(super) fn tell(
             room(draft, entry, own("MAX_ACCELERATION"))?;
         }
         if let Some(entry) = own("STEPGEN_MAXVEL") {
-            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, "room of the step generator");
+            draft.row(
+                entry.name(),
+                entry.value.as_str(),
+                Fate::Ignored,
+                "room of the step generator",
+            );
         }
     }
     Ok(())

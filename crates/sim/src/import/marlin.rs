@@ -104,8 +104,14 @@ fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Prob
             }
             mcodes::limits(draft, code, &UNITS)?;
         }
-        "M205" => code.ignore(draft, "how suddenly corners are taken: no tolerance of the path"),
-        "M204" => code.ignore(draft, "acceleration by kind of move: the limit of the axes counts"),
+        "M205" => code.ignore(
+            draft,
+            "how suddenly corners are taken: no tolerance of the path",
+        ),
+        "M204" => code.ignore(
+            draft,
+            "acceleration by kind of move: the limit of the axes counts",
+        ),
         "M665" => {
             let hint = "start from `machine show delta`";
             return Err(problem(code.line, "M665", "a delta is not read", hint));
@@ -193,7 +199,8 @@ fn take_define(
             return Ok(true);
         }
         "DELTA" | "SCARA" | "MORGAN_SCARA" | "COREXZ" | "COREYZ" | "MARKFORGED_XY" | "POLAR" => {
-            let hint = "known are cartesian and CoreXY; start from `machine show delta` for a delta";
+            let hint =
+                "known are cartesian and CoreXY; start from `machine show delta` for a delta";
             return Err(problem(define.line, define.name, "is not known here", hint));
         }
         "BACKLASH_CORRECTION" | "BACKLASH_SMOOTHING_MM" => {
@@ -204,7 +211,12 @@ fn take_define(
                 &mut spread.smoothing_mm
             };
             *slot = Some(not_negative(define.line, define.name, &format!("{value}"))?);
-            draft.row(define.name, define.value, Fate::Used, "how the gap is taken up");
+            draft.row(
+                define.name,
+                define.value,
+                Fate::Used,
+                "how the gap is taken up",
+            );
             return Ok(false);
         }
         _ => {}

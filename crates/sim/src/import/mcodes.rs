@@ -31,7 +31,9 @@ impl MCode {
     /// Reports a code that means nothing here.
     pub(super) fn ignore(&self, draft: &mut Draft, note: &str) {
         let words = self.words.iter();
-        let text: Vec<String> = words.map(|(letter, text)| format!("{letter}{text}")).collect();
+        let text: Vec<String> = words
+            .map(|(letter, text)| format!("{letter}{text}"))
+            .collect();
         draft.row(self.code.as_str(), text.join(" "), Fate::Ignored, note);
     }
 }

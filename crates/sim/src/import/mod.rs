@@ -188,7 +188,12 @@ pub fn import(
             text.len(),
             options.max_bytes
         );
-        return Err(fail(vec![problem(1, "", message, "allow more if it is one")]));
+        return Err(fail(vec![problem(
+            1,
+            "",
+            message,
+            "allow more if it is one",
+        )]));
     }
     let draft = (format.format().read)(text, options).map_err(fail)?;
     fill::machine(name, draft, options.preset).map_err(fail)

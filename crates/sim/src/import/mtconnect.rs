@@ -41,7 +41,12 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
     for other in devices {
         let name = other.attribute("name").unwrap_or_default();
-        draft.row("Device", name, Fate::Ignored, "a further device: the first counts");
+        draft.row(
+            "Device",
+            name,
+            Fate::Ignored,
+            "a further device: the first counts",
+        );
     }
     for node in device.descendants() {
         let turns = match node.tag_name().name() {
@@ -65,19 +70,33 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         match axis.filter(|axis| axis.is_rotary() == turns && !is_spindle) {
             Some(axis) => {
                 draft.axis(axis, turns);
-                draft.row(format!("{kind} {name}"), "", Fate::Used, format!("axis {axis}"));
+                draft.row(
+                    format!("{kind} {name}"),
+                    "",
+                    Fate::Used,
+                    format!("axis {axis}"),
+                );
                 if let Err(found) = limits(&mut draft, node, axis, &line) {
                     problems.push(found);
                 }
             }
             None => {
-                let why = if is_spindle { "a spindle" } else { "its name is no axis of its kind" };
+                let why = if is_spindle {
+                    "a spindle"
+                } else {
+                    "its name is no axis of its kind"
+                };
                 draft.row(format!("{kind} {name}"), "", Fate::Ignored, why);
             }
         }
     }
     if draft.axes.is_empty() && problems.is_empty() {
-        problems.push(problem(1, "", "there is no Linear or Rotary with the name of an axis", ""));
+        problems.push(problem(
+            1,
+            "",
+            "there is no Linear or Rotary with the name of an axis",
+            "",
+        ));
     }
     if problems.is_empty() {
         Ok(draft)
@@ -136,7 +155,12 @@ fn limits(
                 "METER" | "METER/SECOND" => 1e3,
                 other => {
                     let message = format!("unit `{other}` is not known here");
-                    return Err(problem(line(item), &key, message, "MILLIMETER, DEGREE, per SECOND"));
+                    return Err(problem(
+                        line(item),
+                        &key,
+                        message,
+                        "MILLIMETER, DEGREE, per SECOND",
+                    ));
                 }
             };
             let told = Told {

@@ -80,7 +80,10 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         .filter_map(|(index, line)| datum(index + 1, line))
         .collect();
     let mut names = Vec::new();
-    for datum in data.iter().filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB") {
+    for datum in data
+        .iter()
+        .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
+    {
         if let Some(number) = datum.index.first().and_then(|it| it.parse::<usize>().ok()) {
             names.push(Named {
                 name: datum.value.to_owned(),
@@ -157,7 +160,9 @@ fn axis_of(own: &str, names: &[Named], guessed: &mut Vec<(String, AxisId)>) -> O
     if let Some(named) = names.iter().find(|it| it.name == own) {
         return named.axis;
     }
-    let number = own.strip_prefix("AX").and_then(|it| it.parse::<usize>().ok());
+    let number = own
+        .strip_prefix("AX")
+        .and_then(|it| it.parse::<usize>().ok());
     let Some(number) = number else {
         return own.chars().next().and_then(AxisId::from_letter);
     };
@@ -209,7 +214,9 @@ fn take(draft: &mut Draft, datum: &Datum<'_>, axis: AxisId) -> Result<(), Proble
         }
         "MA_POSCTRL_GAIN" => {
             let gain = positive(datum.line, &key, datum.value)? * 1e3 / 60.0;
-            let note = format!("position_gain_per_s = {gain:.1}: the other gains come from the preset, set it with them");
+            let note = format!(
+                "position_gain_per_s = {gain:.1}: the other gains come from the preset, set it with them"
+            );
             draft.row(key, datum.value, Fate::Ignored, note);
             return Ok(());
         }

@@ -35,6 +35,11 @@ const DAMPING: f64 = 0.4;
 /// a soft belt the rotor swings without its load.
 const MOST_DAMPING_PER_S: f64 = 2000.0;
 
+/// Margins that a stepper has to have, deg and dB: those of a spring with a twentieth of the critical
+/// damping.
+const LEAST_PHASE_DEG: f64 = 5.0;
+const LEAST_GAIN_DB: f64 = 2.0;
+
 /// Highest resonance of the load that is guessed, Hz: what is stiffer is rigid here.
 const RIGID_HZ: f64 = 500.0;
 
@@ -176,10 +181,12 @@ fn turn(stepper: &StepperDraft, rotary: bool) -> Turn {
     let usual = || {
         USUAL_MICROSTEPS.into_iter().find(|micro| {
             let turn = units(*micro);
-            !rotary
-                && USUAL_TURNS_MM
-                    .iter()
-                    .any(|known| (turn / known - 1.0).abs() < 2e-3)
+            // No table turns faster than its motor.
+            (rotary && turn <= 360.0)
+                || (!rotary
+                    && USUAL_TURNS_MM
+                        .iter()
+                        .any(|known| (turn / known - 1.0).abs() < 2e-3))
         })
     };
     let chosen = microsteps.or_else(usual).unwrap_or(16.0);
@@ -264,7 +271,8 @@ pub(super) fn drive(
         (false, true) => typical.belt_n_per_um,
         (false, false) => typical.screw_n_per_um,
     };
-    let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
+    let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ
+        / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
         / reflected(if axis.rotary { 1.0 } else { 1e6 });
     let stiffness = stiffness.min(rigid);
     let inertia = class.inertia_kgm2 + reflected(load);
@@ -352,7 +360,14 @@ pub(super) fn drive(
     }
     if gap.is_none() {
         guess(
-            &format!("load.{}", if axis.rotary { "table.gap_mdeg" } else { "slide.gap_um" }),
+            &format!(
+                "load.{}",
+                if axis.rotary {
+                    "table.gap_mdeg"
+                } else {
+                    "slide.gap_um"
+                }
+            ),
             float(gap_units * 1e3),
             "measure it with a dial gauge",
         );
@@ -367,9 +382,15 @@ pub(super) fn drive(
         damping / constant,
         float(spring / damping),
         float(peak_a),
-        peak.map_or_else(|| " # guess: rated".to_owned(), |peak| format!(" # {}", peak.from)),
+        peak.map_or_else(
+            || " # guess: rated".to_owned(),
+            |peak| format!(" # {}", peak.from)
+        ),
         float(supply * 2.0 / 3.0_f64.sqrt()),
         (turn.full_steps * turn.microsteps).round().max(16.0),
+    ));
+    line(format!(
+        "\n# a rotor on its field swings by nature\n[axis.{letter}.drive.least_margins]\nphase_deg = {LEAST_PHASE_DEG:?}\ngain_db = {LEAST_GAIN_DB:?}"
     ));
     // Beyond a full step the rotor falls into the next: lost. The command's way of one cycle of
     // 1 ms is no error of the rotor.
