@@ -96,7 +96,7 @@ fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Resul
             }),
             'P' => return Err(bad()),
             // Of spindles and of groups of parameters.
-            'S' | 'L' | ' ' => {}
+            'Q' | 'S' | 'L' | ' ' => {}
             _ => return Err(bad()),
         }
         rest = next;
