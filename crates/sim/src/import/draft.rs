@@ -207,7 +207,7 @@ impl DraftAxis {
 /// Which machines have motors like this one's: where only steps are told, the rest is a guess by
 /// kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Frame {
+pub(super) enum MachineSize {
     /// Routers and small mills.
     #[default]
     Router,
@@ -225,7 +225,7 @@ pub(super) struct Draft {
     pub(super) kinematics: KinematicsSpec,
     /// Among whose functions a method is recommended.
     pub(super) control: Option<Control>,
-    pub(super) frame: Frame,
+    pub(super) size: MachineSize,
     /// Time from setpoint to setpoint, ms.
     pub(super) command_ms: Option<Told>,
     /// Tolerance of the path under G64, mm.
@@ -247,7 +247,7 @@ impl Draft {
             dialect: None,
             kinematics: CartesianSpec {}.into(),
             control: None,
-            frame: Frame::default(),
+            size: MachineSize::default(),
             command_ms: None,
             path_tolerance_mm: None,
             offsets: Vec::new(),

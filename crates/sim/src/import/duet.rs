@@ -5,7 +5,7 @@
 //! M669 kinematics (K0 cartesian, K1 CoreXY), M550 name; files that M98 calls. See
 //! <https://docs.duet3d.com/User_manual/Reference/Gcodes>.
 
-use super::draft::{Draft, Fate, Frame, Quantity, Told};
+use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
 use super::mcodes::{self, Firmware, MCode};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::control::Control;
@@ -52,7 +52,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     let mut draft = Draft::new("RepRapFirmware");
     draft.dialect = Some("marlin");
     draft.control = Some(Control::RepRapFirmware);
-    draft.frame = Frame::Printer;
+    draft.size = MachineSize::Printer;
     let mut problems = Vec::new();
     let mut whole = Whole {
         is_corexy: false,

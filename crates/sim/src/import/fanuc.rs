@@ -37,14 +37,14 @@ const MOST_AXES: usize = 32;
 const NO_LIMIT: f64 = 99_999_999.0;
 
 /// A value of one parameter of one axis; axis 0 of those that have none.
-struct Entry<'a> {
+struct ParameterValue<'a> {
     line: usize,
     number: u32,
     axis: usize,
     value: &'a str,
 }
 
-impl Entry<'_> {
+impl ParameterValue<'_> {
     fn name(&self) -> String {
         if self.axis == 0 {
             format!("N{}", self.number)
@@ -60,7 +60,11 @@ impl Entry<'_> {
 }
 
 /// The values of a line; none if it is no parameter or of another path.
-fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Result<(), Problem> {
+fn line<'a>(
+    number: usize,
+    text: &'a str,
+    entries: &mut Vec<ParameterValue<'a>>,
+) -> Result<(), Problem> {
     let told = text
         .split(['(', ';', '%'])
         .next()
@@ -88,7 +92,7 @@ fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Resul
             // The second path and further ones are other machines' halves.
             'Q' if value != "1" => return Ok(()),
             'A' => axis = value.parse().map_err(|_| bad())?,
-            'P' if axis <= MOST_AXES => entries.push(Entry {
+            'P' if axis <= MOST_AXES => entries.push(ParameterValue {
                 line: number,
                 number: code,
                 axis,
@@ -105,10 +109,10 @@ fn line<'a>(number: usize, text: &'a str, entries: &mut Vec<Entry<'a>>) -> Resul
 }
 
 /// All parameters.
-struct Parameters<'a>(Vec<Entry<'a>>);
+struct PunchedOut<'a>(Vec<ParameterValue<'a>>);
 
-impl Parameters<'_> {
-    fn of(&self, number: u32, axis: usize) -> Option<&Entry<'_>> {
+impl PunchedOut<'_> {
+    fn of(&self, number: u32, axis: usize) -> Option<&ParameterValue<'_>> {
         let mut all = self.0.iter().rev();
         all.find(|entry| entry.number == number && entry.axis == axis)
     }
@@ -143,7 +147,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     for (index, text) in text.lines().enumerate() {
         problems.extend(line(index + 1, text, &mut entries).err());
     }
-    let all = Parameters(entries);
+    let all = PunchedOut(entries);
     if let Some(inch) = all.of(1001, 0).filter(|it| it.bit(0)) {
         let message = "the machine is in inches (INM), which is not read";
         problems.push(problem(inch.line, "N1001", message, ""));
@@ -198,12 +202,12 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
 
 fn take(
     draft: &mut Draft,
-    all: &Parameters<'_>,
+    all: &PunchedOut<'_>,
     number_of: usize,
     axis: AxisId,
 ) -> Result<(), Problem> {
     let increment = all.increment(number_of);
-    let told = |entry: &Entry<'_>, value: f64| Told {
+    let told = |entry: &ParameterValue<'_>, value: f64| Told {
         value,
         from: entry.name(),
         line: entry.line,
@@ -286,7 +290,7 @@ fn take(
 /// 1851 of cutting feeds, and 1852 of rapids where RBK is set.
 fn gap(
     draft: &mut Draft,
-    all: &Parameters<'_>,
+    all: &PunchedOut<'_>,
     number_of: usize,
     axis: AxisId,
     increment: f64,
@@ -294,7 +298,7 @@ fn gap(
     let Some(entry) = all.of(1851, number_of) else {
         return Ok(());
     };
-    let amount = |entry: &Entry<'_>| -> Result<f64, Problem> {
+    let amount = |entry: &ParameterValue<'_>| -> Result<f64, Problem> {
         if entry.value.starts_with('-') {
             let message = "is negative: of an encoder that the load leads, which is not read";
             return Err(problem(entry.line, &entry.name(), message, ""));

@@ -78,7 +78,7 @@ pub(super) fn machine(
         let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), &mut axes, &mut rows);
         travel.push(ends);
         match stepper {
-            Some(own) => stepper::drive(axis, own, draft.frame, dynamic, &mut axes, &mut rows),
+            Some(own) => stepper::drive(axis, own, draft.size, dynamic, &mut axes, &mut rows),
             None => section(axis, &lender, &mut axes, &mut rows),
         }
         carried(axis, &mut axes);

@@ -6,7 +6,7 @@
 //! `[include FILE]` names are read. What SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting
 //! for a gap. See <https://www.klipper3d.org/Config_Reference.html>.
 
-use super::draft::{Draft, Fate, Frame, Quantity, Told};
+use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -28,28 +28,28 @@ pub(super) const FORMAT: Format = Format {
 const DEEPEST: usize = 16;
 
 /// A line with a value.
-struct Entry {
+struct ConfigLine {
     line: usize,
     section: String,
     key: String,
     value: String,
 }
 
-impl Entry {
+impl ConfigLine {
     fn name(&self) -> String {
         format!("[{}] {}", self.section, self.key)
     }
 }
 
-/// Lines of the file and of those that it includes.
+/// ConfigFile of the file and of those that it includes.
 #[derive(Default)]
-struct Lines {
-    entries: Vec<Entry>,
+struct ConfigFile {
+    entries: Vec<ConfigLine>,
     section: String,
     bytes: usize,
 }
 
-impl Lines {
+impl ConfigFile {
     /// `at` is the line of the file that is imported where the text is included.
     fn file(
         &mut self,
@@ -87,7 +87,7 @@ impl Lines {
                 if continues {
                     continue;
                 }
-                self.entries.push(Entry {
+                self.entries.push(ConfigLine {
                     line: place,
                     section: self.section.clone(),
                     key: key.trim().to_ascii_lowercase(),
@@ -135,7 +135,7 @@ impl Lines {
     }
 
     /// The last of a key counts.
-    fn last(&self, section: &str, key: &str) -> Option<&Entry> {
+    fn last(&self, section: &str, key: &str) -> Option<&ConfigLine> {
         let mut all = self.entries.iter().rev();
         all.find(|entry| entry.section == section && entry.key == key)
     }
@@ -146,8 +146,8 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     let mut draft = Draft::new("Klipper");
     draft.dialect = Some("klipper");
     draft.control = Some(Control::Klipper);
-    draft.frame = Frame::Printer;
-    let mut lines = Lines::default();
+    draft.size = MachineSize::Printer;
+    let mut lines = ConfigFile::default();
     lines
         .file(text, None, 0, options, &mut draft)
         .map_err(|found| vec![found])?;
@@ -203,7 +203,7 @@ fn axis_of(section: &str) -> Option<(AxisId, bool)> {
     Some((axis, name.next().is_none()))
 }
 
-fn take(draft: &mut Draft, lines: &Lines, entry: &Entry) -> Result<(), Problem> {
+fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(), Problem> {
     let name = entry.name();
     let told = |value: f64| Told {
         value,
@@ -285,8 +285,8 @@ fn take(draft: &mut Draft, lines: &Lines, entry: &Entry) -> Result<(), Problem> 
 /// Limits that hold for X and Y, and those of Z.
 fn printer(
     draft: &mut Draft,
-    lines: &Lines,
-    entry: &Entry,
+    lines: &ConfigFile,
+    entry: &ConfigLine,
     told: &dyn Fn(f64) -> Told,
 ) -> Result<(), Problem> {
     let name = entry.name();
@@ -324,7 +324,7 @@ fn printer(
 }
 
 /// `80:20, 5:1`: turns of the motor for one of what it drives.
-fn ratio(entry: &Entry) -> Result<f64, Problem> {
+fn ratio(entry: &ConfigLine) -> Result<f64, Problem> {
     let bad = || {
         let message = format!("`{}` is no ratio", entry.value);
         problem(entry.line, &entry.name(), message, "write 80:20")

@@ -52,12 +52,12 @@ const COMMAND_MS: std::ops::RangeInclusive<f64> = 0.25..=8.0;
 const UNLIKELY: f64 = 3.0;
 
 /// What is asked of a file: the entry that names it, and the machine's units in mm and deg.
-struct Named<'a> {
+struct NamedFile<'a> {
     entry: &'a Entry,
     mm: f64,
 }
 
-impl Named<'_> {
+impl NamedFile<'_> {
     /// The file's text; a missing one is reported.
     fn text(&self, draft: &mut Draft, options: &ImportOptions<'_>) -> Option<String> {
         let file = self.entry.value.split_whitespace().next()?;
@@ -90,7 +90,7 @@ pub(super) fn take(
     mm: f64,
     options: &ImportOptions<'_>,
 ) -> Result<bool, Problem> {
-    let named = Named { entry, mm };
+    let named = NamedFile { entry, mm };
     match (entry.section.as_str(), entry.key.as_str()) {
         ("EMCIO", "TOOL_TABLE") => tools(draft, &named, options)?,
         ("RS274NGC", "PARAMETER_FILE") => parameters(draft, &named, options)?,
@@ -120,7 +120,11 @@ pub(super) fn take(
 }
 
 /// `T1 P1 Z+0.5 D0.25 ;comment`, or five columns: pocket, tool, length, diameter, comment.
-fn tools(draft: &mut Draft, named: &Named<'_>, options: &ImportOptions<'_>) -> Result<(), Problem> {
+fn tools(
+    draft: &mut Draft,
+    named: &NamedFile<'_>,
+    options: &ImportOptions<'_>,
+) -> Result<(), Problem> {
     let Some(text) = named.text(draft, options) else {
         return Ok(());
     };
@@ -173,7 +177,7 @@ fn tools(draft: &mut Draft, named: &Named<'_>, options: &ImportOptions<'_>) -> R
 /// Lines of a parameter's number and its value.
 fn parameters(
     draft: &mut Draft,
-    named: &Named<'_>,
+    named: &NamedFile<'_>,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
     let Some(text) = named.text(draft, options) else {
@@ -225,7 +229,7 @@ fn parameters(
 }
 
 /// Of the code at start the tolerance of G64.
-fn startup(draft: &mut Draft, named: &Named<'_>) -> Result<(), Problem> {
+fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     let entry = named.entry;
     let code = entry.value.to_ascii_uppercase();
     let unit = match (code.contains("G20"), code.contains("G21")) {
@@ -278,7 +282,7 @@ pub(super) fn screw(
     mm: f64,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let named = Named { entry, mm };
+    let named = NamedFile { entry, mm };
     let Some(text) = named.text(draft, options) else {
         return Ok(());
     };

@@ -6,7 +6,7 @@
 //! X_BED_SIZE), X_MICROSTEPS, X_CURRENT, COREXY. M503 tells no travel. See
 //! <https://marlinfw.org/docs/configuration/configuration.html>.
 
-use super::draft::{Draft, Fate, Frame, Quantity, Told};
+use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
 use super::mcodes::{self, Firmware, MCode};
 use super::{Format, ImportOptions, not_negative, number, positive, problem};
 use crate::control::Control;
@@ -50,7 +50,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Marlin");
     draft.dialect = Some("marlin");
     draft.control = Some(Control::Marlin);
-    draft.frame = Frame::Printer;
+    draft.size = MachineSize::Printer;
     let (mut problems, mut spread) = (Vec::new(), Spread::default());
     let defines: Vec<Define<'_>> = defines(text);
     let mut is_corexy = false;

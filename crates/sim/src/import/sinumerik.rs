@@ -64,7 +64,7 @@ fn datum(line: usize, text: &str) -> Option<Datum<'_>> {
 }
 
 /// An axis' name in the archive, and which it is.
-struct Named {
+struct AxisName {
     name: String,
     number: usize,
     axis: Option<AxisId>,
@@ -85,7 +85,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
     {
         if let Some(number) = datum.index.first().and_then(|it| it.parse::<usize>().ok()) {
-            names.push(Named {
+            names.push(AxisName {
                 name: datum.value.to_owned(),
                 number: number.saturating_add(1),
                 axis: datum.value.chars().next().and_then(AxisId::from_letter),
@@ -156,7 +156,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
 }
 
 /// The axis that an index names: a name of MD10000, or AX1; by its number where it has no name.
-fn axis_of(own: &str, names: &[Named], guessed: &mut Vec<(String, AxisId)>) -> Option<AxisId> {
+fn axis_of(own: &str, names: &[AxisName], guessed: &mut Vec<(String, AxisId)>) -> Option<AxisId> {
     if let Some(named) = names.iter().find(|it| it.name == own) {
         return named.axis;
     }

@@ -18,7 +18,7 @@
 //! What no configuration of a control tells (motor, mass, friction, stiffness, gap) is a guess of
 //! its class, and listed as one.
 
-use super::draft::{DraftAxis, Fate, Frame, Row, StepperDraft, float};
+use super::draft::{DraftAxis, Fate, MachineSize, Row, StepperDraft, float};
 use lostmotion_base::math;
 use std::f64::consts::{SQRT_2, TAU};
 use std::fmt::Write;
@@ -52,6 +52,10 @@ const NO_INTEGRAL_S: f64 = 1000.0;
 /// Part of the pull-out torque that a machine which runs leaves to its acceleration: the guess of
 /// the mass goes no further.
 const TORQUE_FOR_ACCELERATION: f64 = 0.5;
+
+/// Inertia of the load over that of the rotor up to which makers recommend their steppers: the guess of
+/// the mass goes no further.
+const LOAD_RATIO: f64 = 10.0;
 
 /// Part of the pull-out torque that the guess of friction goes to.
 const TORQUE_FOR_FRICTION: f64 = 0.1;
@@ -115,7 +119,7 @@ const LARGE: MotorClass = MotorClass {
 /// Amplitude of a phase's current from which the motor is of the larger class, A.
 const LARGE_FROM_A: f64 = 2.6;
 
-/// The load that a frame has, where nothing is told: kg, N, N/um of a screw, N/um of a belt.
+/// The load that a machine of a size has, where nothing is told: kg, N, N/um of a screw, N/um of a belt.
 struct Typical {
     mass_kg: f64,
     friction_n: f64,
@@ -206,7 +210,7 @@ fn turn(stepper: &StepperDraft, rotary: bool) -> Turn {
 pub(super) fn drive(
     axis: &DraftAxis,
     stepper: &StepperDraft,
-    frame: Frame,
+    size: MachineSize,
     [velocity, acceleration]: [f64; 2],
     out: &mut String,
     rows: &mut Vec<Row>,
@@ -229,9 +233,9 @@ pub(super) fn drive(
         );
     }
     let peak = stepper.peak_current_a.as_ref();
-    let class = match (peak, frame) {
+    let class = match (peak, size) {
         (Some(peak), _) if peak.value >= LARGE_FROM_A => &LARGE,
-        (None, Frame::Router) => &LARGE,
+        (None, MachineSize::Router) => &LARGE,
         _ => &SMALL,
     };
     // Both phases at the rated current are a vector sqrt 2 times as long.
@@ -246,9 +250,9 @@ pub(super) fn drive(
     );
 
     // The load: what is typical, or less where the machine could not run as it is set.
-    let typical = match frame {
-        Frame::Printer => &PRINTER,
-        Frame::Router => &ROUTER,
+    let typical = match size {
+        MachineSize::Printer => &PRINTER,
+        MachineSize::Router => &ROUTER,
     };
     let angle = if axis.rotary { 360.0 } else { TAU };
     // Motor radians for a mm or deg, and per m or rad.
@@ -263,7 +267,8 @@ pub(super) fn drive(
     } else {
         (typical.mass_kg, typical.friction_n)
     };
-    let load = usual_load.min(spare / reflected(1.0));
+    let most = spare.min(LOAD_RATIO * class.inertia_kgm2);
+    let load = usual_load.min(most / reflected(1.0));
     let friction = usual_friction.min(TORQUE_FOR_FRICTION * pull_out / metres_per_rad);
     let is_belt = !axis.rotary && turn.units >= BELT_MM;
     let stiffness = match (axis.rotary, is_belt) {
