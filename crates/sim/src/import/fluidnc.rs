@@ -10,6 +10,7 @@ use super::draft::{Draft, Fate, Quantity, Told};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 /// The format's row. Its files share their extension with others.
@@ -69,10 +70,8 @@ fn leaves(text: &str) -> Result<Vec<Leaf>, Problem> {
     Ok(leaves)
 }
 
-/// The last value of a path counts.
-fn last<'a>(leaves: &'a [Leaf], path: &[&str]) -> Option<&'a Leaf> {
-    leaves.iter().rev().find(|leaf| leaf.path == path)
-}
+/// The last value of every path, which counts.
+type LastLeaves<'a> = BTreeMap<String, &'a Leaf>;
 
 /// Reads the file.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
@@ -96,11 +95,14 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             _ => {}
         }
     }
+    let last: LastLeaves<'_> = leaves
+        .iter()
+        .map(|leaf| (leaf.path.join("."), leaf))
+        .collect();
     for leaf in &leaves {
-        let counts = leaves
-            .iter()
-            .rfind(|other| other.path == leaf.path)
-            .is_some_and(|other| std::ptr::eq(other, leaf));
+        let counts = last
+            .get(&leaf.path.join("."))
+            .is_some_and(|other| std::ptr::eq(*other, leaf));
         if !counts {
             let note = "given again, which counts";
             draft.row(
@@ -109,7 +111,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                 Fate::Ignored,
                 note,
             );
-        } else if let Err(found) = take(&mut draft, &leaves, leaf) {
+        } else if let Err(found) = take(&mut draft, &last, leaf) {
             problems.push(found);
         }
     }
@@ -126,7 +128,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
 }
 
-fn take(draft: &mut Draft, leaves: &[Leaf], leaf: &Leaf) -> Result<(), Problem> {
+fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), Problem> {
     let name = leaf.path.join(".");
     let path: Vec<&str> = leaf.path.iter().map(String::as_str).collect();
     let value = leaf.value.as_str();
@@ -181,8 +183,8 @@ fn take(draft: &mut Draft, leaves: &[Leaf], leaf: &Leaf) -> Result<(), Problem> 
 }
 
 /// From where homing leaves the axis, away from the switch.
-fn travel(leaves: &[Leaf], letter: &str, length: f64) -> Result<(f64, f64), Problem> {
-    let of = |key: &str| last(leaves, &["axes", letter, "homing", key]);
+fn travel(leaves: &LastLeaves<'_>, letter: &str, length: f64) -> Result<(f64, f64), Problem> {
+    let of = |key: &str| leaves.get(&format!("axes.{letter}.homing.{key}"));
     let home = match of("mpos_mm") {
         Some(leaf) => number(leaf.line, &leaf.path.join("."), &leaf.value)?,
         None => 0.0,

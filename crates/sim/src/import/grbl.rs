@@ -11,6 +11,7 @@ use super::{Format, ImportOptions, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
 
 /// The format's row. Its files have no extension of their own.
 pub(super) const FORMAT: Format = Format {
@@ -86,10 +87,15 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     } else {
         0
     };
-    for (index, setting) in settings.iter().enumerate() {
+    let last: BTreeMap<u32, usize> = settings
+        .iter()
+        .enumerate()
+        .map(|(index, setting)| (setting.code, index))
+        .collect();
+    for setting in &settings {
         // Given again further on: this one does not count, which is told.
-        let later = settings.get(index + 1..).unwrap_or_default();
-        if let Some(last) = later.iter().rfind(|other| other.code == setting.code) {
+        let last = last.get(&setting.code).and_then(|at| settings.get(*at));
+        if let Some(last) = last.filter(|last| !std::ptr::eq(*last, setting)) {
             draft.row(
                 format!("${}", setting.code),
                 setting.value,

@@ -11,6 +11,7 @@ use super::{Format, ImportOptions, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 /// The format's row. Its files share their extension with others.
@@ -45,6 +46,8 @@ impl ConfigLine {
 #[derive(Default)]
 struct ConfigFile {
     entries: Vec<ConfigLine>,
+    /// Section and key, and where the last of them stands.
+    last: BTreeMap<String, BTreeMap<String, usize>>,
     section: String,
     bytes: usize,
 }
@@ -136,8 +139,15 @@ impl ConfigFile {
 
     /// The last of a key counts.
     fn last(&self, section: &str, key: &str) -> Option<&ConfigLine> {
-        let mut all = self.entries.iter().rev();
-        all.find(|entry| entry.section == section && entry.key == key)
+        self.entries.get(*self.last.get(section)?.get(key)?)
+    }
+
+    /// Finds the last lines of all keys.
+    fn index(&mut self) {
+        for (index, entry) in self.entries.iter().enumerate() {
+            let keys = self.last.entry(entry.section.clone()).or_default();
+            keys.insert(entry.key.clone(), index);
+        }
     }
 }
 
@@ -151,6 +161,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     lines
         .file(text, None, 0, options, &mut draft)
         .map_err(|found| vec![found])?;
+    lines.index();
     let mut problems = Vec::new();
     let kinematics = lines.last("printer", "kinematics");
     if let Some(entry) = kinematics

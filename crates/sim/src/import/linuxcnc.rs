@@ -13,6 +13,7 @@ use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::KinematicsSpec;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
@@ -137,6 +138,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options) {
         problems.push(found);
     }
+    motor_rows(&mut draft, &ini, &joints);
     // BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
     draft.control = Some(Control::LinuxCnc);
     draft.carry("fixed-linuxcnc", |axis| {
@@ -169,6 +171,22 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         Ok(draft)
     } else {
         Err(problems)
+    }
+}
+
+/// Keys of motors and of screws that nothing was made of are told as that.
+fn motor_rows(draft: &mut Draft, ini: &Ini, joints: &IniJoints) {
+    let mut told: BTreeSet<String> = draft.rows.iter().map(|row| row.key.clone()).collect();
+    for entry in &ini.entries {
+        let screw = entry.key == "COMP_FILE_TYPE";
+        if joints.of(&entry.section).is_none()
+            || !(screw || linuxcnc_motors::is_motor_key(&entry.key))
+            || !told.insert(entry.name())
+        {
+            continue;
+        }
+        let fate = if screw { Fate::Used } else { Fate::Ignored };
+        draft.row(entry.name(), entry.value.as_str(), fate, "");
     }
 }
 
@@ -338,24 +356,28 @@ impl<'a> Limits<'a> {
         self.0.push(limit);
     }
 
-    /// The value that holds of those of one key of one axis; the first of equal ones.
-    fn holding(&self, of: &Limit<'a>) -> &Limit<'a> {
-        let same = |limit: &&Limit<'a>| limit.key == of.key && limit.axis.0 == of.axis.0;
-        let mut all = self.0.iter().filter(same);
-        let first = all.next().unwrap_or(&self.0[0]);
-        all.fold(first, |held, next| {
+    /// Where the values stand that hold, of each key of each axis: the first of equal ones.
+    fn holding(&self) -> BTreeMap<(AxisId, usize), usize> {
+        let mut held: BTreeMap<(AxisId, usize), usize> = BTreeMap::new();
+        for (index, next) in self.0.iter().enumerate() {
+            let place = held.entry((next.axis.0, next.key)).or_insert(index);
             let tighter = match RULES[next.key].1 {
-                Rule::Smaller => next.value < held.value,
-                Rule::Larger => next.value > held.value,
+                Rule::Smaller => next.value < self.0[*place].value,
+                Rule::Larger => next.value > self.0[*place].value,
             };
-            if tighter { next } else { held }
-        })
+            if tighter {
+                *place = index;
+            }
+        }
+        held
     }
 
     /// Writes them into the draft, and what became of each into its report.
     fn set(&self, draft: &mut Draft) {
+        let held = self.holding();
         for limit in &self.0 {
-            let holds = self.holding(limit);
+            let holds = held.get(&(limit.axis.0, limit.key));
+            let holds = holds.and_then(|at| self.0.get(*at)).unwrap_or(limit);
             let (axis, turns) = limit.axis;
             if !std::ptr::eq(holds, limit) {
                 let note = format!("axis {axis}: {} counts", holds.entry.name());

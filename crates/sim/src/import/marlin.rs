@@ -12,6 +12,7 @@ use super::{Format, ImportOptions, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 /// The format's row. Its files have no extension of their own.
@@ -53,9 +54,10 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     draft.size = MachineSize::Printer;
     let (mut problems, mut spread) = (Vec::new(), Spread::default());
     let defines: Vec<Define<'_>> = defines(text);
+    let last: LastDefines<'_> = defines.iter().map(|it| (it.name, it.value)).collect();
     let mut is_corexy = false;
     for define in &defines {
-        match take_define(&mut draft, &defines, define, &mut spread) {
+        match take_define(&mut draft, &last, define, &mut spread) {
             Ok(found) => is_corexy |= found,
             Err(found) => problems.push(found),
         }
@@ -132,6 +134,9 @@ struct Define<'a> {
     value: &'a str,
 }
 
+/// What every name stands for.
+type LastDefines<'a> = BTreeMap<&'a str, &'a str>;
+
 fn defines(text: &str) -> Vec<Define<'_>> {
     let lines = text.lines().enumerate();
     lines
@@ -149,11 +154,11 @@ fn defines(text: &str) -> Vec<Define<'_>> {
 }
 
 /// The number that a value is, or that the name in it stands for.
-fn resolved(defines: &[Define<'_>], define: &Define<'_>, text: &str) -> Result<f64, Problem> {
+fn resolved(defines: &LastDefines<'_>, define: &Define<'_>, text: &str) -> Result<f64, Problem> {
     let mut text = text.trim().trim_matches(['(', ')']);
     for _ in 0..DEEPEST {
-        match defines.iter().rev().find(|other| other.name == text) {
-            Some(other) => text = other.value.trim_matches(['(', ')']),
+        match defines.get(text) {
+            Some(value) => text = value.trim_matches(['(', ')']),
             None => break,
         }
     }
@@ -163,7 +168,7 @@ fn resolved(defines: &[Define<'_>], define: &Define<'_>, text: &str) -> Result<f
 /// Takes a define over; whether it says that the machine is a CoreXY.
 fn take_define(
     draft: &mut Draft,
-    defines: &[Define<'_>],
+    defines: &LastDefines<'_>,
     define: &Define<'_>,
     spread: &mut Spread,
 ) -> Result<bool, Problem> {

@@ -10,7 +10,7 @@ use super::draft::{Draft, Fate, Quantity, Told};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use roxmltree::{Document, Node};
+use roxmltree::{Document, Node, ParsingOptions};
 
 /// The format's row. Its files are named .xml, as many are.
 pub(super) const FORMAT: Format = Format {
@@ -20,9 +20,16 @@ pub(super) const FORMAT: Format = Format {
     read,
 };
 
+/// Most nodes of a description: devices have some thousand.
+const MOST_NODES: u32 = 20_000;
+
 /// Reads the description.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let document = Document::parse(text).map_err(|error| {
+    let options = ParsingOptions {
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text, options).map_err(|error| {
         let line = usize::try_from(error.pos().row).unwrap_or(1);
         vec![problem(line, "", format!("not XML: {error}"), "")]
     })?;

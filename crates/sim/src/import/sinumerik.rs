@@ -12,6 +12,7 @@ use super::{Format, ImportOptions, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeSet;
 
 /// The format's row. Its files have the extensions of many.
 pub(super) const FORMAT: Format = Format {
@@ -23,6 +24,9 @@ pub(super) const FORMAT: Format = Format {
 
 /// Ends of travel from here on are the control's default, that is none, mm or deg.
 const NO_LIMIT: f64 = 1e7;
+
+/// Machine axes that an archive may name.
+const MOST_AXES: usize = 64;
 
 const DEGREES: f64 = 360.0;
 
@@ -84,18 +88,25 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         .iter()
         .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
     {
-        if let Some(number) = datum.index.first().and_then(|it| it.parse::<usize>().ok()) {
+        let number = datum.index.first().and_then(|it| it.parse::<usize>().ok());
+        if let Some(number) = number.filter(|number| *number < MOST_AXES) {
+            names.retain(|it: &AxisName| it.number != number + 1);
             names.push(AxisName {
                 name: datum.value.to_owned(),
-                number: number.saturating_add(1),
+                number: number + 1,
                 axis: datum.value.chars().next().and_then(AxisId::from_letter),
             });
         }
     }
     // Axes that are spindles are none here.
-    let spindles: Vec<&str> = data
+    let spindles: BTreeSet<&str> = data
         .iter()
         .filter(|it| it.name == "MA_SPIND_ASSIGN_TO_MACHAX" && it.value != "0")
+        .filter_map(|it| it.index.last().copied())
+        .collect();
+    let turning: BTreeSet<&str> = data
+        .iter()
+        .filter(|it| it.name == "MA_IS_ROT_AX" && matches!(it.value, "1" | "TRUE" | "true"))
         .filter_map(|it| it.index.last().copied())
         .collect();
     let mut problems = Vec::new();
@@ -108,12 +119,13 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                 let hint = "switch the basic system to metric and write the archive again";
                 problems.push(problem(datum.line, &key, message, hint));
             }
+            draft.row(key, datum.value, Fate::Used, "unit of the data");
             continue;
         }
         let axis = datum
             .index
             .last()
-            .filter(|own| datum.name.starts_with("MA_") && !spindles.contains(own))
+            .filter(|own| datum.name.starts_with("MA_") && !spindles.contains(*own))
             .and_then(|own| axis_of(own, &names, &mut guessed));
         let first = datum.index.len() < 2 || datum.index[0] == "0";
         let Some(axis) = axis.filter(|_| first) else {
@@ -125,11 +137,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             draft.row(key, datum.value, fate, "");
             continue;
         };
-        let rotary = data.iter().any(|it| {
-            it.name == "MA_IS_ROT_AX"
-                && it.index.last() == datum.index.last()
-                && matches!(it.value, "1" | "TRUE" | "true")
-        });
+        let rotary = datum.index.last().is_some_and(|own| turning.contains(own));
         // A letter says the kind: X Y Z U V W slide, A B C turn.
         if rotary != axis.is_rotary() {
             let note = format!("{axis} does not {}", if rotary { "turn" } else { "slide" });
@@ -170,7 +178,7 @@ fn axis_of(own: &str, names: &[AxisName], guessed: &mut Vec<(String, AxisId)>) -
         return named.axis;
     }
     let axis = AxisId::from_index(number.checked_sub(1)?)?;
-    if !guessed.iter().any(|(name, _)| name == own) {
+    if !guessed.iter().any(|(_, known)| *known == axis) {
         guessed.push((own.to_owned(), axis));
     }
     Some(axis)

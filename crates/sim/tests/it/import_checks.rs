@@ -17,7 +17,7 @@ const MOST_BYTES: usize = 100_000;
 /// Any text is refused with the name of the file, or gives a machine that is read as its file says,
 /// of which every value is accounted for. Whatever file a description names is the description
 /// itself.
-pub fn description(format: &str, bytes: &[u8]) {
+pub(crate) fn description(format: &str, bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };

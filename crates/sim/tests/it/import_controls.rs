@@ -519,3 +519,53 @@ fn a_description_that_is_too_long_is_refused() {
         "{error}"
     );
 }
+
+/// Files as long as they may be, of lines that look further back each: no time that grows with the
+/// square of the length, which would be hours.
+#[test]
+fn long_descriptions_end() {
+    let long = |line: &dyn Fn(usize) -> String| -> String {
+        let mut text = String::new();
+        let mut index = 0;
+        while text.len() < 2_000_000 {
+            text.push_str(&line(index));
+            index += 1;
+        }
+        text
+    };
+    let texts = [
+        ("klipper", long(&|n| format!("[a{n}]\nb: 1\n"))),
+        (
+            "klipper",
+            format!("[printer]\n{}", long(&|_| "max_velocity: 9\n".to_owned())),
+        ),
+        (
+            "fluidnc",
+            format!("axes:\n x:\n{}", long(&|n| format!("  k{n}: 1\n"))),
+        ),
+        ("duet", long(&|n| format!("M92 X{n}1\n"))),
+        ("marlin", long(&|n| format!("#define X_MAX_POS A{n}\n"))),
+        ("grbl", long(&|n| format!("${}=1\n", n + 1000))),
+        (
+            "linuxcnc",
+            format!("[JOINT_0]\n{}", long(&|_| "MAX_VELOCITY=9\n".to_owned())),
+        ),
+        (
+            "linuxcnc",
+            format!("[JOINT_0]\n{}", long(&|_| "SCALE=9\n".to_owned())),
+        ),
+        (
+            "sinumerik",
+            long(&|n| format!("$MA_MAX_AX_VELO[AX{n}]=1\n")),
+        ),
+        ("fanuc", long(&|n| format!("N01420Q1A1P{n}\n"))),
+        ("mtconnect", long(&|_| "<Linear name=\"X\">".to_owned())),
+    ];
+    for (name, text) in texts {
+        let (_, format) = ImportFormat::NAMES
+            .into_iter()
+            .find(|(own, _)| *own == name)
+            .unwrap();
+        let _ = import("long", &text, format, &ImportOptions::default());
+    }
+}
