@@ -104,7 +104,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             .get(&leaf.path.join("."))
             .is_some_and(|other| std::ptr::eq(*other, leaf));
         if !counts {
-            let note = "given again, which counts";
+            let note = "given again further on, which counts";
             draft.row(
                 leaf.path.join("."),
                 leaf.value.as_str(),

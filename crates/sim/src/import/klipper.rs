@@ -183,7 +183,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
                 entry.name(),
                 entry.value.as_str(),
                 Fate::Ignored,
-                "given again, which counts",
+                "given again further on, which counts",
             );
         } else if let Err(found) = take(&mut draft, &lines, entry) {
             problems.push(found);

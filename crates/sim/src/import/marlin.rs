@@ -39,11 +39,13 @@ const DEEPEST: usize = 16;
 
 const LETTERS: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 
-/// How the gap is spread.
+/// How the gap is spread, and what was passed over.
 #[derive(Default)]
 struct Spread {
     correction: Option<f64>,
     smoothing_mm: Option<f64>,
+    /// Defines that say nothing of an axis: too many for a row each.
+    others: usize,
 }
 
 /// Reads the file.
@@ -75,6 +77,15 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
     if !problems.is_empty() {
         return Err(problems);
+    }
+    if spread.others > 0 {
+        let note = "switches and values that say nothing of an axis";
+        draft.row(
+            "#define",
+            format!("{} others", spread.others),
+            Fate::Ignored,
+            note,
+        );
     }
     let settings = [
         ("correction", spread.correction),
@@ -234,7 +245,7 @@ fn take_define(
         "_MICROSTEPS" => Quantity::Microsteps,
         "_CURRENT" => Quantity::PeakCurrent,
         _ => {
-            // Thousands of switches: named in one row at the end would still be noise.
+            spread.others += 1;
             return Ok(false);
         }
     };
