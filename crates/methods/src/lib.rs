@@ -40,7 +40,7 @@ pub use registry::{
     build_runner_from, run_with,
 };
 pub use shaft::{Observed, ShaftEstimate, ShaftEstimator, ShaftState};
-pub use told::{Misled, Told};
+pub use told::{Misled, Told, USUAL_SHARE};
 
 use lostmotion_drive::config::check::AxisConfigError;
 use lostmotion_drive::config::{CompensatorSettings, Gap, Transmission};
@@ -104,6 +104,16 @@ macro_rules! methods {
                     let _: Option<$file::$settings> = None;
                     if let Some(told) = Settings::gaps(&mut self.$file).into_iter().next() {
                         *told = Some(gap);
+                    }
+                })?)*
+            }
+
+            /// As [`CompensationConfig::tell_gap`], of those methods alone that are told none yet.
+            pub fn tell_missing_gap(&mut self, gap: Gap) {
+                $($({
+                    let _: Option<$file::$settings> = None;
+                    if let Some(told) = Settings::gaps(&mut self.$file).into_iter().next() {
+                        told.get_or_insert(gap);
                     }
                 })?)*
             }

@@ -8,6 +8,11 @@ use crate::AxisConfig;
 use lostmotion_drive::config::{Load, Reflected};
 use serde::{Deserialize, Serialize};
 
+/// By how much a value of an axis may be off if nobody says, as a part of it: in comparisons, in
+/// rewritten programs, and among what is worth measuring. A choice: what a gap wears, and friction
+/// changes with temperature and lubrication, between two visits of service.
+pub const USUAL_SHARE: f64 = 0.3;
+
 /// A quantity that a method may be told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -1,7 +1,7 @@
 //! Machines.
 
 use crate::error::Refusal;
-use lostmotion::sim::import::{ImportFormat, ImportOptions, import};
+use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, import};
 use lostmotion::sim::machine::{self, AxisReview, Change, MachineError, MachineFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -216,14 +216,15 @@ pub(crate) struct Imported {
 
 /// Turns another program's description of a machine into a machine.
 #[pyfunction]
-#[pyo3(signature = (text, name, format, preset, tip, folder))]
+#[pyo3(signature = (text, name, format, preset, tip, max_bytes, folder))]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands a path over")]
 pub(crate) fn import_machine(
     text: &str,
     name: &str,
     format: Option<&str>,
-    preset: &str,
+    preset: Option<&str>,
     tip: Option<&str>,
+    max_bytes: Option<usize>,
     folder: Option<PathBuf>,
 ) -> PyResult<Imported> {
     let named = |wanted: &str| {
@@ -250,6 +251,7 @@ pub(crate) fn import_machine(
     };
     let options = ImportOptions {
         preset,
+        max_bytes: max_bytes.unwrap_or(MAX_BYTES),
         tip,
         files: &files,
     };

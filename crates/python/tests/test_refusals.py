@@ -194,6 +194,15 @@ def test_imports(tmp_path: Path) -> None:
     assert "velocity_mm_s = 40.0 # [AXIS_X] MAX_VELOCITY" in imported.toml
     assert imported.machine == lostmotion.Machine.from_toml(imported.toml)
     assert any(fate == "filled in" for _key, _value, fate, _note in imported.rows)
+    printer = tmp_path / "printer.cfg"
+    printer.write_text(
+        "[stepper_x]\nmicrosteps: 16\nrotation_distance: 40\nposition_max: 200\n[printer]\nmax_velocity: 300\n"
+    )
+    stepper = lostmotion.import_machine(printer)
+    assert any(fate == "guess" for _key, _value, fate, _note in stepper.rows)
+    assert "lead_mm = 40.0 # [stepper_x] rotation_distance" in stepper.toml
+    assert "lead_mm = 16.0" in lostmotion.import_machine(printer, preset="vmc3").toml
+    refused(lostmotion.MachineError, lambda: lostmotion.import_machine(printer, max_bytes=10))
     odd = tmp_path / "odd.xyz"
     odd.write_text("nothing")
     assert refused(lostmotion.MachineError, lambda: lostmotion.import_machine(odd)).code == "format"

@@ -12,6 +12,7 @@ pub mod error;
 pub mod import;
 mod limiter;
 pub mod machine;
+pub mod measure;
 mod method;
 pub mod motion;
 pub mod observer;

@@ -8,7 +8,7 @@ use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::import::{ImportFormat, ImportOptions, Row, import as imported};
+use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, Row, import as imported};
 use lostmotion::sim::machine::presets;
 use lostmotion::sim::{Machine, machine::MachineAxis};
 use std::path::{Path, PathBuf};
@@ -23,9 +23,12 @@ pub(crate) struct Import {
     #[arg(long, value_name = "FORMAT", value_parser = formats())]
     from: Option<String>,
     /// Machine from which everything is taken that the description does not say: drives, loads,
-    /// gaps, jerk
-    #[arg(long, value_name = "NAME", default_value = "vmc3", value_parser = machine_names())]
-    preset: String,
+    /// gaps, jerk; if left out vmc3, and axes that steppers move get a stepper's drive, open loop
+    #[arg(long, value_name = "NAME", value_parser = machine_names())]
+    preset: Option<String>,
+    /// Longest description that is read, with all files that it names, bytes
+    #[arg(long, value_name = "N", default_value_t = MAX_BYTES)]
+    max_bytes: usize,
     /// Link that holds the tool, of a URDF tree that ends in several
     #[arg(long, value_name = "LINK")]
     tip: Option<String>,
@@ -64,7 +67,8 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
     })?;
     let beside = |file: &str| beside(&args.file, file);
     let options = ImportOptions {
-        preset: &args.preset,
+        preset: args.preset.as_deref(),
+        max_bytes: args.max_bytes,
         tip: args.tip.as_deref(),
         files: &beside,
     };

@@ -2,9 +2,12 @@
 
 pub(crate) mod keys;
 mod make;
+mod measure;
 
 use crate::options::machine::{Changes, check, machine_names};
+use crate::options::number;
 use crate::output::{self, DONE, Failure, stdout_columns, wrapped, write_text};
+use crate::parts::to_json;
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::analysis::{LimitCycle, LoopAnalysis};
 use lostmotion::base::AxisId;
@@ -25,8 +28,8 @@ pub(crate) enum MachineCommand {
     Show(ShowMachine),
     /// Say everything that is wrong with a machine file, and how the loops of its axes are tuned
     Check(CheckMachine),
-    /// Make a machine file from another program's description: LinuxCNC INI, grbl `$$`, FreeCAD
-    /// .fcm, URDF
+    /// Make a machine file from another program's description: LinuxCNC INI, grbl `$$`, Klipper,
+    /// FluidNC, RepRapFirmware, Marlin, Sinumerik, Fanuc, TwinCAT, MTConnect, FreeCAD .fcm, URDF
     Import(make::Import),
     /// Make a machine file with comments from a preset and what is different about your machine
     New(make::New),
@@ -50,6 +53,17 @@ pub(crate) struct CheckMachine {
     /// Machine file, or a name from `machine list`
     #[arg(value_name = "FILE.toml|NAME", value_hint = ValueHint::FilePath)]
     file: String,
+    /// Say, too, what to measure first: the five values that change the contour error on a part
+    /// most when they are off by what they may be off (30 %; a guess a factor of 2); on a circle of
+    /// 10 mm if no part is given. One simulation, and two for each of six values of each axis
+    #[arg(long, value_name = "PART", value_hint = ValueHint::FilePath, num_args = 0..=1)]
+    measure: Option<Option<PathBuf>>,
+    /// Longest motion of all these simulations together, s
+    #[arg(long, value_name = "S", default_value_t = 7200.0, requires = "measure", value_parser = number)]
+    max_motion_s: f64,
+    /// Print what to measure as JSON, and nothing else
+    #[arg(long, requires = "measure")]
+    json: bool,
     #[command(flatten)]
     changes: Changes,
 }
@@ -73,8 +87,21 @@ pub(crate) fn run(command: &MachineCommand, quiet: bool) -> Result<u8, Failure> 
 /// What a sound machine's figures and loops are.
 fn checked(args: &CheckMachine) -> Result<String, Failure> {
     let (machine, tuning) = check(&args.file, &args.changes.read()?)?;
+    let measure = match &args.measure {
+        Some(part) => Some(measure::first(
+            &args.file,
+            &machine,
+            part.as_deref(),
+            args.max_motion_s,
+        )?),
+        None => None,
+    };
+    if let Some(found) = measure.as_ref().filter(|_| args.json) {
+        return to_json(found);
+    }
+    let measure = measure.map_or_else(String::new, |found| format!("\n{}", measure::shown(&found)));
     Ok(format!(
-        "{}: machine \"{}\" is sound\n\n{}\n{}\n{}",
+        "{}: machine \"{}\" is sound\n\n{}\n{}\n{}{measure}",
         args.file,
         machine.name(),
         review(&machine),

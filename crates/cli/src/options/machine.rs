@@ -260,7 +260,7 @@ fn load(name: Option<&str>, changes: &[Change]) -> Result<Machine, Failure> {
 }
 
 /// Name and text of a machine file, or of a machine that comes with the program.
-fn description(name: &str) -> Result<(String, String), Failure> {
+pub(crate) fn description(name: &str) -> Result<(String, String), Failure> {
     if is_file(name) {
         let text = input::text(Path::new(name), "machine file")?;
         return Ok((name.to_owned(), text));

@@ -593,3 +593,35 @@ fn an_unstable_drive_is_refused_by_the_check_and_stops_the_machine() {
         ],
     );
 }
+
+/// An imported printer runs, says what is a guess, and what to measure first.
+#[test]
+fn a_printer_is_imported_checked_and_measured() {
+    let bench = Bench::new();
+    bench
+        .file("printer.cfg", "[stepper_x]\nmicrosteps: 16\nrotation_distance: 40\nposition_max: 200\n[stepper_y]\nmicrosteps: 16\nrotation_distance: 40\nposition_max: 200\n[printer]\nmax_velocity: 200\nmax_accel: 1000\n")
+        .file("arc.ngc", "G21 G90 G17\nG0 X109 Y100\nG3 I-9 F900\nM2\n")
+        .file("odd.txt", "nothing of a machine\n");
+    let report = bench.expect(0, &["machine", "import", "printer.cfg", "--out", "m.toml"]);
+    assert!(report.contains("guess") && report.contains("axis.x.motor"));
+    let machine = std::fs::read_to_string(bench.path("m.toml")).unwrap();
+    assert!(machine.contains("lead_mm = 40.0 # [stepper_x] rotation_distance"));
+    let check = ["machine", "check", "m.toml", "--measure", "arc.ngc"];
+    let text = bench.expect(0, &check);
+    assert!(text.contains("what to measure first, for arc.ngc") && text.contains("guess"));
+    let json = bench.expect(0, &[&check[..], &["--json"]].concat());
+    let found: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(found["measure"].as_array().unwrap().len(), 5);
+    bench.refuses(
+        &[&check[..], &["--max-motion-s", "1"]].concat(),
+        &["are more than 1 s of motion", "hint: "],
+    );
+    bench.refuses(
+        &["machine", "import", "odd.txt"],
+        &["the format is not recognised", "klipper, fluidnc, duet"],
+    );
+    bench.refuses(
+        &["machine", "import", "printer.cfg", "--max-bytes", "9"],
+        &["more than 9 are no description of a machine"],
+    );
+}

@@ -106,17 +106,22 @@ def import_machine(
     path: str | os.PathLike[str],
     *,
     format: str | None = None,
-    preset: str = "vmc3",
+    preset: str | None = None,
     tip: str | None = None,
+    max_bytes: int | None = None,
 ) -> Imported:
-    """A machine from another program's description: LinuxCNC's INI, grbl's settings, FreeCAD's
-    machine (JSON), URDF.
+    """A machine from another program's description: LinuxCNC's INI, grbl's settings, Klipper,
+    FluidNC, RepRapFirmware, Marlin, Sinumerik, Fanuc, TwinCAT, MTConnect, FreeCAD's machine (JSON),
+    URDF.
 
-    What the description does not say (drives, loads, gaps, jerk) is taken from ``preset``. ``tip``
+    What the description does not say (drives, loads, gaps, jerk) is taken from ``preset``; if it is
+    left out from vmc3, and axes that steppers move get a stepper's drive, open loop. ``tip``
     is the link of the tool, of a URDF tree that ends in several. Files that the description names
     are looked for beside it.
     """
     name = os.fspath(path)
     with open(name, encoding="utf-8") as file:
         text = file.read()
-    return _native.import_machine(text, name, format, preset, tip, os.path.dirname(name) or ".")
+    return _native.import_machine(
+        text, name, format, preset, tip, max_bytes, os.path.dirname(name) or "."
+    )

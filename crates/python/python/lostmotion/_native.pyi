@@ -302,8 +302,9 @@ def import_machine(
     text: str,
     name: str,
     format: str | None,
-    preset: str,
+    preset: str | None,
     tip: str | None,
+    max_bytes: int | None,
     folder: str | PathLike[str] | None,
 ) -> Imported: ...
 def simulate(

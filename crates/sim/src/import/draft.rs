@@ -1,7 +1,9 @@
 //! A machine as far as a format describes it; `fill` adds the rest.
 
+use crate::control::Control;
 use lostmotion_base::AxisId;
-use lostmotion_kinematics::{CartesianSpec, KinematicsSpec};
+use lostmotion_kinematics::{CartesianSpec, CoreXySpec, KinematicsSpec};
+use std::f64::consts::SQRT_2;
 
 /// What became of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +14,8 @@ pub enum Fate {
     Ignored,
     /// Not in the file: from the preset.
     Filled,
+    /// Neither in the file nor of a machine: what is usual, to be measured or looked up.
+    Guessed,
 }
 
 impl Fate {
@@ -21,6 +25,7 @@ impl Fate {
             Fate::Used => "used",
             Fate::Ignored => "ignored",
             Fate::Filled => "filled in",
+            Fate::Guessed => "guess",
         }
     }
 }
@@ -47,6 +52,73 @@ pub(super) struct Told {
     pub(super) line: usize,
 }
 
+/// What is told of an axis that a stepper moves, open loop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct StepperDraft {
+    /// Travel for a turn of the motor, mm or deg.
+    pub(super) per_turn: Option<Told>,
+    /// Microsteps for a mm or deg.
+    pub(super) steps_per_unit: Option<Told>,
+    /// Full steps of a turn.
+    pub(super) full_steps: Option<Told>,
+    /// Microsteps of a full step.
+    pub(super) microsteps: Option<Told>,
+    /// Amplitude of the current of a phase, A.
+    pub(super) peak_current_a: Option<Told>,
+}
+
+/// The method that the control already runs on an axis, with its settings as machine files have
+/// them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Carried {
+    pub(super) method: &'static str,
+    pub(super) settings: Vec<(&'static str, f64)>,
+    pub(super) from: String,
+}
+
+/// A quantity of an axis, mm or deg and s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Min,
+    Max,
+    Velocity,
+    Acceleration,
+    Jerk,
+    Gap,
+    PerTurn,
+    StepsPerUnit,
+    FullSteps,
+    Microsteps,
+    PeakCurrent,
+}
+
+impl Quantity {
+    /// For people.
+    fn name(self) -> &'static str {
+        match self {
+            Quantity::Min => "lower end of the travel",
+            Quantity::Max => "upper end of the travel",
+            Quantity::Velocity => "velocity",
+            Quantity::Acceleration => "acceleration",
+            Quantity::Jerk => "jerk",
+            Quantity::Gap => "gap",
+            Quantity::PerTurn => "travel of a turn of the motor",
+            Quantity::StepsPerUnit => "steps of the motor",
+            Quantity::FullSteps => "full steps of a turn",
+            Quantity::Microsteps => "microsteps of a step",
+            Quantity::PeakCurrent => "current of the motor",
+        }
+    }
+}
+
+/// A tool.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ToolDraft {
+    pub(super) number: u32,
+    pub(super) length_mm: f64,
+    pub(super) diameter_mm: f64,
+}
+
 /// An axis as far as it was told: mm or deg, and s.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DraftAxis {
@@ -61,6 +133,10 @@ pub(super) struct DraftAxis {
     /// Largest following error at full speed and at rest.
     pub(super) following_error: Option<Told>,
     pub(super) standstill_error: Option<Told>,
+    /// Of an axis that a stepper moves.
+    pub(super) stepper: Option<StepperDraft>,
+    /// What the control does about the gap.
+    pub(super) carried: Option<Carried>,
 }
 
 impl DraftAxis {
@@ -76,8 +152,67 @@ impl DraftAxis {
             gap: None,
             following_error: None,
             standstill_error: None,
+            stepper: None,
+            carried: None,
         }
     }
+
+    /// The control runs a method on this axis.
+    pub(super) fn carry(&mut self, method: &'static str, settings: Vec<(&'static str, f64)>) {
+        let gap = self.gap.as_ref().filter(|gap| gap.value > 0.0);
+        self.carried = gap.map(|gap| Carried {
+            method,
+            settings,
+            from: gap.from.clone(),
+        });
+    }
+
+    /// What the report says of that.
+    pub(super) fn carried_row(&self) -> Option<Row> {
+        let carried = self.carried.as_ref()?;
+        Some(Row {
+            key: format!(
+                "axis.{}.compensation.method",
+                self.id.letter().to_ascii_lowercase()
+            ),
+            value: carried.method.to_owned(),
+            fate: Fate::Used,
+            note: format!("the control runs it already: {}", carried.from),
+        })
+    }
+
+    /// The place of a quantity. Those of a stepper make the axis one.
+    fn slot(&mut self, quantity: Quantity) -> &mut Option<Told> {
+        match quantity {
+            Quantity::Min => &mut self.min,
+            Quantity::Max => &mut self.max,
+            Quantity::Velocity => &mut self.velocity,
+            Quantity::Acceleration => &mut self.acceleration,
+            Quantity::Jerk => &mut self.jerk,
+            Quantity::Gap => &mut self.gap,
+            _ => {
+                let stepper = self.stepper.get_or_insert_default();
+                match quantity {
+                    Quantity::PerTurn => &mut stepper.per_turn,
+                    Quantity::StepsPerUnit => &mut stepper.steps_per_unit,
+                    Quantity::FullSteps => &mut stepper.full_steps,
+                    Quantity::Microsteps => &mut stepper.microsteps,
+                    _ => &mut stepper.peak_current_a,
+                }
+            }
+        }
+    }
+}
+
+/// Which machines have motors like this one's: where only steps are told, the rest is a guess by
+/// kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum MachineSize {
+    /// Routers and small mills.
+    #[default]
+    Router,
+    /// Printers.
+    Printer,
 }
 
 /// A machine as far as it was told.
@@ -88,6 +223,16 @@ pub(super) struct Draft {
     /// Dialect of its programs, if that is told.
     pub(super) dialect: Option<&'static str>,
     pub(super) kinematics: KinematicsSpec,
+    /// Among whose functions a method is recommended.
+    pub(super) control: Option<Control>,
+    pub(super) size: MachineSize,
+    /// Time from setpoint to setpoint, ms.
+    pub(super) command_ms: Option<Told>,
+    /// Tolerance of the path under G64, mm.
+    pub(super) path_tolerance_mm: Option<Told>,
+    /// Table of a position (`work_offset.g54`, `home.g28`), axis, and the place in mm or deg.
+    pub(super) offsets: Vec<(&'static str, AxisId, Told)>,
+    pub(super) tools: Vec<ToolDraft>,
     pub(super) axes: Vec<DraftAxis>,
     pub(super) rows: Vec<Row>,
 }
@@ -101,6 +246,12 @@ impl Draft {
             source,
             dialect: None,
             kinematics: CartesianSpec {}.into(),
+            control: None,
+            size: MachineSize::default(),
+            command_ms: None,
+            path_tolerance_mm: None,
+            offsets: Vec::new(),
+            tools: Vec::new(),
             axes: Vec::new(),
             rows: Vec::new(),
         }
@@ -132,6 +283,83 @@ impl Draft {
                 self.axes.len() - 1
             });
         &mut self.axes[index]
+    }
+}
+
+impl Draft {
+    /// Takes a quantity of an axis over and reports it: `value` as it stands in the file.
+    pub(super) fn tell(&mut self, id: AxisId, quantity: Quantity, told: Told, value: &str) {
+        let note = format!("{} of {id}", quantity.name());
+        let line = told.line;
+        let from = told.from.clone();
+        let before = self.axis(id, id.is_rotary()).slot(quantity).replace(told);
+        // Told before: that one does not count, which is said.
+        if let Some(before) = before
+            && let Some(row) = self
+                .rows
+                .iter_mut()
+                .rfind(|row| row.key == before.from && row.note == note)
+        {
+            row.fate = Fate::Ignored;
+            row.note = format!(
+                "line {}: given again in line {line}, which counts",
+                before.line
+            );
+        }
+        self.row(from, value, Fate::Used, note);
+    }
+
+    /// The control runs a method on every axis whose gap it was told: the gap is what the machine
+    /// has, the method what the control does about it.
+    pub(super) fn carry(
+        &mut self,
+        method: &'static str,
+        settings: impl Fn(&DraftAxis) -> Vec<(&'static str, f64)>,
+    ) {
+        for axis in &mut self.axes {
+            let settings = settings(axis);
+            axis.carry(method, settings);
+            self.rows.extend(axis.carried_row());
+        }
+    }
+
+    /// Limits told for X and Y of a CoreXY machine become those of its belts, x + y and x - y. A
+    /// belt moves at most sqrt 2 times as fast as the tool.
+    pub(super) fn belts(&mut self) {
+        self.kinematics = CoreXySpec {}.into();
+        let x = self.axis(AxisId::X, false).clone();
+        let y = self.axis(AxisId::Y, false).clone();
+        let both = |a: &Option<Told>, b: &Option<Told>, of: fn(f64, f64) -> f64| {
+            let (a, b) = (a.as_ref()?, b.as_ref()?);
+            Some(Told {
+                value: of(a.value, b.value),
+                from: format!("{}, {}: of the belt", a.from, b.from),
+                line: a.line,
+            })
+        };
+        let least = |a: f64, b: f64| SQRT_2 * a.min(b);
+        let ends = [
+            (
+                both(&x.min, &y.min, |x, y| x + y),
+                both(&x.max, &y.max, |x, y| x + y),
+            ),
+            (
+                both(&x.min, &y.max, |x, y| x - y),
+                both(&x.max, &y.min, |x, y| x - y),
+            ),
+        ];
+        for (id, (min, max)) in [AxisId::X, AxisId::Y].into_iter().zip(ends) {
+            let axis = self.axis(id, false);
+            (axis.min, axis.max) = (min, max);
+            axis.velocity = both(&x.velocity, &y.velocity, least);
+            axis.acceleration = both(&x.acceleration, &y.acceleration, least);
+        }
+        self.row(
+            "axis.x, axis.y",
+            "belts",
+            Fate::Used,
+            "limits of the tool as limits of the belts x + y and x - y: within them the tool may leave its own travel",
+        );
     }
 }
 

@@ -1,17 +1,29 @@
 //! What a description lacks, from a machine that lends it, and the whole as a machine file.
 
 use super::draft::{Draft, DraftAxis, Fate, Row, Told, float};
-use super::{Imported, problem};
+use super::{Imported, USUAL_PRESET, problem, stepper};
 use crate::machine::{LimitsTable, Machine, MachineAxis, Problem, presets};
 use lostmotion_base::units::{deg, rad};
 use lostmotion_base::{AxisId, Coords};
-use lostmotion_drive::config::AxisUnit;
+use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_kinematics::chain::JointSpec;
 use lostmotion_kinematics::{KinematicsSpec, Words, build};
 use std::fmt::Write;
 
 /// Lends rotary axes where the preset has none.
 const ROTARY_LENDER: &str = "trunnion5";
+
+/// Places of limits: min, max, velocity, acceleration, jerk.
+const VELOCITY: usize = 2;
+const ACCELERATION: usize = 3;
+const JERK: usize = 4;
+
+/// Time in which a control without a limit of jerk reaches its acceleration here, s. A choice: some
+/// cycles of the control.
+const SUDDEN_S: f64 = 5e-3;
+/// What machine files take as a jerk.
+const LEAST_JERK: f64 = 0.1;
+const MOST_JERK: f64 = 1e9;
 
 /// How far a SCARA's elbow is bent at its homes, degrees: any angle clear of straight and folded.
 const ELBOW_DEG: f64 = 60.0;
@@ -27,8 +39,9 @@ const HOME_MARGIN: f64 = 0.05;
 pub(super) fn machine(
     file: &str,
     mut draft: Draft,
-    preset: &str,
+    named: Option<&str>,
 ) -> Result<Imported, Vec<Problem>> {
+    let preset = named.unwrap_or(USUAL_PRESET);
     let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
     if !known.contains(&preset) {
         return Err(vec![problem(
@@ -45,6 +58,9 @@ pub(super) fn machine(
         return Err(reversed);
     }
     let mut rows = std::mem::take(&mut draft.rows);
+    if named.is_some() {
+        unused_steps(&draft, preset, &mut rows);
+    }
     let mut axes = String::new();
     let mut travel = Vec::new();
     // Told limits stay; drive, motor, load and all other limits come from the lender.
@@ -57,7 +73,15 @@ pub(super) fn machine(
                 "",
             )]
         })?;
-        travel.push(section(axis, &lender, &mut axes, &mut rows));
+        // A machine that the user names lends its servos, whatever moves the axis.
+        let stepper = axis.stepper.as_ref().filter(|_| named.is_none());
+        let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), &mut axes, &mut rows);
+        travel.push(ends);
+        match stepper {
+            Some(own) => stepper::drive(axis, own, draft.size, dynamic, &mut axes, &mut rows),
+            None => section(axis, &lender, &mut axes, &mut rows),
+        }
+        carried(axis, &mut axes);
     }
     // A pose has several solutions: home says on which of them the machine stands.
     if let KinematicsSpec::Chain(chain) = &mut draft.kinematics
@@ -76,6 +100,7 @@ pub(super) fn machine(
         chain.home = Some(home);
     }
     let mut toml = head(&draft, preset);
+    general(&draft, named.is_none(), &mut toml, &mut rows);
     positions(&draft, &travel, &mut toml, &mut rows)?;
     toml.push_str(&axes);
     // Read back like any machine file. The lines of a problem would be those of the generated
@@ -91,6 +116,27 @@ pub(super) fn machine(
                 ..found
             })
             .collect()),
+    }
+}
+
+/// What is told of steppers means nothing where a machine is named that lends its servos.
+fn unused_steps(draft: &Draft, preset: &str, rows: &mut [Row]) {
+    for axis in &draft.axes {
+        let Some(own) = &axis.stepper else { continue };
+        let told = [
+            &own.per_turn,
+            &own.steps_per_unit,
+            &own.full_steps,
+            &own.microsteps,
+            &own.peak_current_a,
+        ];
+        for told in told.into_iter().flatten() {
+            let used = |row: &&mut Row| row.key == told.from && row.fate == Fate::Used;
+            if let Some(row) = rows.iter_mut().find(used) {
+                row.fate = Fate::Ignored;
+                row.note = format!("of the stepper: the drive comes from {preset}");
+            }
+        }
     }
 }
 
@@ -173,8 +219,14 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
     }
 }
 
-/// Writes an axis; gives its travel.
-fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<Row>) -> (f64, f64) {
+/// Writes an axis' limits; gives its travel, and its velocity and acceleration.
+fn limits(
+    axis: &DraftAxis,
+    lender: &Lender,
+    steps: bool,
+    out: &mut String,
+    rows: &mut Vec<Row>,
+) -> ((f64, f64), [f64; 2]) {
     let letter = axis.id.letter().to_ascii_lowercase();
     let unit = if axis.rotary { "deg" } else { "mm" };
     let told: [Option<&Told>; 5] = [
@@ -194,24 +246,40 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
     let source = format!("{}:{}", lender.preset, lender.letter);
     let _ = write!(out, "\n# ---- {} ----\n[axis.{letter}.limits]\n", axis.id);
     let mut values = [0.0; 5];
-    for (((slot, told), key), lent) in values
-        .iter_mut()
-        .zip(told)
-        .zip(keys)
-        .zip(lent(&lender.axis))
-    {
+    let lent = lent(&lender.axis);
+    for (place, (told, key)) in told.into_iter().zip(keys).enumerate() {
         // What is told goes before what is lent, and every line says which of the two it is.
-        *slot = told.map_or(lent, |told| told.value);
-        let from = told.map_or_else(|| format!("preset {source}"), |told| told.from.clone());
-        let _ = writeln!(out, "{key} = {} # {from}", float(*slot));
-        if told.is_none() {
-            rows.push(filled(
-                format!("axis.{letter}.limits.{key}"),
-                float(*slot),
-                format!("preset {source}"),
-            ));
+        let (value, from, fate) = match told {
+            Some(told) => (told.value, told.from.clone(), Fate::Used),
+            // Controls of steppers know no jerk: theirs is as sudden as their cycle.
+            None if steps && place == JERK => (
+                (values[ACCELERATION] / SUDDEN_S).clamp(LEAST_JERK, MOST_JERK),
+                "guess: such controls have no limit of jerk".to_owned(),
+                Fate::Guessed,
+            ),
+            None => (lent[place], format!("preset {source}"), Fate::Filled),
+        };
+        values[place] = value;
+        let _ = writeln!(out, "{key} = {} # {from}", float(value));
+        if fate != Fate::Used {
+            rows.push(Row {
+                key: format!("axis.{letter}.limits.{key}"),
+                value: float(value),
+                fate,
+                note: from,
+            });
         }
     }
+    (
+        (values[0], values[1]),
+        [values[VELOCITY], values[ACCELERATION]],
+    )
+}
+
+/// Writes drive, motor and load of the lender.
+fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<Row>) {
+    let letter = axis.id.letter().to_ascii_lowercase();
+    let source = format!("{}:{}", lender.preset, lender.letter);
     let _ = write!(
         out,
         "\n# drive, motor and load: preset {source}, where every value has its source\n"
@@ -244,7 +312,24 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
         what,
         format!("preset {source}"),
     ));
-    (values[0], values[1])
+}
+
+/// Writes the method that the control runs.
+fn carried(axis: &DraftAxis, out: &mut String) {
+    let Some(carried) = &axis.carried else { return };
+    let letter = axis.id.letter().to_ascii_lowercase();
+    let _ = write!(
+        out,
+        "\n# the control does it already: {}\n[axis.{letter}.compensation]\nmethod = \"{}\"\n",
+        carried.from, carried.method
+    );
+    let table = carried.method.replace('-', "_");
+    if !carried.settings.is_empty() {
+        let _ = write!(out, "\n[axis.{letter}.compensation.{table}]\n");
+    }
+    for (key, value) in &carried.settings {
+        let _ = writeln!(out, "{key} = {}", float(*value));
+    }
 }
 
 /// Writes the limits of the following error that are told, in the unit of the axis that lends its
@@ -330,7 +415,7 @@ fn head(draft: &Draft, preset: &str) -> String {
     // These would end the string in the file.
     let name = draft.name.replace(['"', '\\', '\n'], " ");
     let mut text = format!(
-        "# Imported from {}; what it does not say was taken from `{preset}` or another machine, as every comment tells.\n\nname = \"{name}\"\ndescription = \"imported from {}\"\n\n",
+        "# Imported from {}; what it does not say was taken from `{preset}` or another machine, or is a guess, as every comment tells.\n\nname = \"{name}\"\ndescription = \"imported from {}\"\n\n",
         draft.source, draft.source
     );
     if let Some(dialect) = draft.dialect {
@@ -350,6 +435,65 @@ fn head(draft: &Draft, preset: &str) -> String {
         .unwrap_or_default()
     );
     text
+}
+
+/// Cycles, tolerance of the path, control and tools, as far as they are told.
+fn general(draft: &Draft, steps: bool, out: &mut String, rows: &mut Vec<Row>) {
+    let steps = steps && draft.axes.iter().any(|axis| axis.stepper.is_some());
+    if steps || draft.command_ms.is_some() {
+        let command_ms = draft.command_ms.as_ref().map_or(1.0, |told| told.value);
+        let longest_us = if steps {
+            stepper::SERVO_US
+        } else {
+            Cycles::default().servo_us
+        };
+        out.push_str("\n[cycles]\n");
+        if let Some(told) = &draft.command_ms {
+            let _ = writeln!(out, "command_ms = {} # {}", float(command_ms), told.from);
+        }
+        let servo_us = part_of(command_ms, longest_us);
+        let _ = writeln!(out, "servo_us = {}", float(servo_us));
+        if steps {
+            rows.push(filled(
+                "cycles.servo_us",
+                float(servo_us),
+                "the rotor of a stepper is followed by no loop: short, so that it swings as it does",
+            ));
+        }
+    }
+    if let Some(told) = &draft.path_tolerance_mm {
+        let _ = write!(
+            out,
+            "\n[planner]\ndefault_tolerance_mm = {} # {}\n",
+            float(told.value),
+            told.from
+        );
+    }
+    if let Some(control) = draft.control {
+        let _ = write!(out, "\n[simulate]\ncontrol = \"{}\"\n", control.name());
+    }
+    for tool in &draft.tools {
+        let _ = write!(
+            out,
+            "\n[[tool]]\nnumber = {}\nlength_mm = {}\ndiameter_mm = {}\n",
+            tool.number,
+            float(tool.length_mm),
+            float(tool.diameter_mm)
+        );
+    }
+    if !out.ends_with("\n\n") {
+        out.push('\n');
+    }
+}
+
+/// The longest whole part of a cycle that is a whole number of nanoseconds and no longer than this,
+/// us.
+fn part_of(command_ms: f64, longest_us: f64) -> f64 {
+    let command_ns = (command_ms * 1e6).round() as u64;
+    let longest_ns = (longest_us * 1e3) as u64;
+    let least = command_ns.div_ceil(longest_ns.max(1)).max(1);
+    let parts = (least..=command_ns).find(|parts| command_ns.is_multiple_of(*parts));
+    (command_ns / parts.unwrap_or(1)) as f64 * 1e-3
 }
 
 /// Work offset and homes within the travel: zero where it can be, else the middle.
@@ -396,28 +540,58 @@ fn positions(
     }
     // Machine files give places in words, not in joints.
     let words = kinematics.forward(&joints, &[0.0; 3]);
-    let mut table = String::new();
-    for axis in AxisId::ALL {
-        let value = if axis.is_rotary() {
-            deg(words[axis])
-        } else {
-            words[axis]
-        };
-        // What a position leaves out is 0.
-        if value.abs() > 1e-9 {
-            let _ = writeln!(table, "{} = {}", axis.column(), float(value));
+    // Told places that the travel has go before those.
+    let usual = ["work_offset.g54", "home.g28", "home.g30"];
+    let told = draft.offsets.iter().map(|(table, ..)| *table);
+    let mut tables: Vec<&str> = usual.into_iter().chain(told).collect();
+    let mut seen = Vec::new();
+    tables.retain(|table| {
+        !seen.contains(table) && {
+            seen.push(*table);
+            true
         }
-    }
-    for key in ["work_offset.g54", "home.g28", "home.g30"] {
-        let _ = write!(
-            out,
-            "# within the travel: set it to where parts are\n[{key}]\n{table}\n"
-        );
-        rows.push(filled(
-            key,
-            table.lines().collect::<Vec<_>>().join(", "),
-            "within the travel",
-        ));
+    });
+    for key in tables {
+        let mut lines = Vec::new();
+        for axis in AxisId::ALL {
+            let own = words[axis];
+            let own = if axis.is_rotary() { deg(own) } else { own };
+            let mut offsets = draft.offsets.iter();
+            let told = offsets.rfind(|(table, id, _)| *table == key && *id == axis);
+            let at = draft.axes.iter().position(|own| own.id == axis);
+            let has = |value: f64| {
+                at.and_then(|at| travel.get(at))
+                    .is_some_and(|(min, max)| (*min..=*max).contains(&value))
+            };
+            let (value, from) = match told {
+                Some((_, _, told)) if has(told.value) => (told.value, format!(" # {}", told.from)),
+                Some((_, _, told)) => {
+                    rows.push(Row {
+                        key: told.from.clone(),
+                        value: float(told.value),
+                        fate: Fate::Ignored,
+                        note: format!("{key}: outside the travel of {axis}"),
+                    });
+                    (if usual.contains(&key) { own } else { 0.0 }, String::new())
+                }
+                None if usual.contains(&key) => (own, String::new()),
+                None => (0.0, String::new()),
+            };
+            // What a position leaves out is 0.
+            if value.abs() > 1e-9 {
+                lines.push(format!("{} = {}{from}", axis.column(), float(value)));
+            }
+        }
+        let told = draft.offsets.iter().any(|(table, ..)| *table == key);
+        let why = if told {
+            "as told; the rest within the travel"
+        } else {
+            "within the travel: set it to where parts are"
+        };
+        let _ = write!(out, "# {why}\n[{key}]\n{}\n\n", lines.join("\n"));
+        if !told {
+            rows.push(filled(key, lines.join(", "), "within the travel"));
+        }
     }
     Ok(())
 }

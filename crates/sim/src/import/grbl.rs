@@ -6,10 +6,12 @@
 //! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
 //! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
 
-use super::draft::{Draft, Fate, Told};
-use super::{Format, ImportOptions, number, problem};
+use super::draft::{Draft, Fate, Quantity, Told};
+use super::{Format, ImportOptions, number, positive, problem};
+use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
 
 /// The format's row. Its files have no extension of their own.
 pub(super) const FORMAT: Format = Format {
@@ -85,10 +87,15 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     } else {
         0
     };
-    for (index, setting) in settings.iter().enumerate() {
+    let last: BTreeMap<u32, usize> = settings
+        .iter()
+        .enumerate()
+        .map(|(index, setting)| (setting.code, index))
+        .collect();
+    for setting in &settings {
         // Given again further on: this one does not count, which is told.
-        let later = settings.get(index + 1..).unwrap_or_default();
-        if let Some(last) = later.iter().rfind(|other| other.code == setting.code) {
+        let last = last.get(&setting.code).and_then(|at| settings.get(*at));
+        if let Some(last) = last.filter(|last| !std::ptr::eq(*last, setting)) {
             draft.row(
                 format!("${}", setting.code),
                 setting.value,
@@ -111,6 +118,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             "there is no setting of an axis",
             "it has to be what grbl answers to `$$`, with $110=... and so on",
         ));
+    }
+    // grblHAL where it was built with $160: a rapid before the move.
+    if draft.axes.iter().any(|axis| axis.gap.is_some()) {
+        draft.control = Some(Control::GrblHal);
+        draft.carry("fixed", |_| Vec::new());
     }
     if problems.is_empty() {
         Ok(draft)
@@ -182,12 +194,12 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
         return Ok(());
     };
     if code < 110 {
-        draft.row(
-            name,
-            value,
-            Fate::Ignored,
-            format!("steps of {axis}: the drive comes from the preset"),
-        );
+        let told = Told {
+            value: positive(line, &name, value)?,
+            from: name,
+            line,
+        };
+        draft.tell(axis, Quantity::StepsPerUnit, told, value);
         return Ok(());
     }
     let amount = number(line, &name, value)?;

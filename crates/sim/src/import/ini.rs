@@ -2,7 +2,7 @@
 //! files that `#INCLUDE` puts in its line's place. See
 //! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
-use super::{Files, MAX_BYTES, problem};
+use super::{ImportOptions, problem};
 use crate::machine::Problem;
 
 /// Deepest nesting of included files. A choice: LinuxCNC's own samples nest three deep, and a file
@@ -61,9 +61,9 @@ impl LinePlace<'_> {
 }
 
 /// Reads a file and those that it includes.
-pub(super) fn read(text: &str, files: Files<'_>) -> Result<Ini, Vec<Problem>> {
+pub(super) fn read(text: &str, options: &ImportOptions<'_>) -> Result<Ini, Vec<Problem>> {
     let (mut ini, mut problems) = (Ini::default(), Vec::new());
-    ini.file(text, None, files, 0, &mut problems);
+    ini.file(text, None, options, 0, &mut problems);
     if problems.is_empty() {
         Ok(ini)
     } else {
@@ -91,7 +91,7 @@ impl Ini {
         &mut self,
         text: &str,
         included: Option<(&str, usize)>,
-        files: Files<'_>,
+        options: &ImportOptions<'_>,
         depth: usize,
         problems: &mut Vec<Problem>,
     ) {
@@ -114,7 +114,7 @@ impl Ini {
                 },
             };
             match include(&whole) {
-                Some(file) => self.include(file, place, files, depth, problems),
+                Some(file) => self.include(file, place, options, depth, problems),
                 None => self.line(&whole, place, problems),
             }
         }
@@ -124,7 +124,7 @@ impl Ini {
         &mut self,
         file: &str,
         place: LinePlace<'_>,
-        files: Files<'_>,
+        options: &ImportOptions<'_>,
         depth: usize,
         problems: &mut Vec<Problem>,
     ) {
@@ -134,23 +134,30 @@ impl Ini {
             problems.push(place.problem(file, &message, hint));
             return;
         }
-        let found = files(file);
+        let found = (options.files)(file);
         self.included.push(Included {
             file: file.to_owned(),
             missing: found.as_ref().err().cloned(),
         });
         let Ok(text) = found else { return };
         self.bytes = self.bytes.saturating_add(text.len());
-        if self.bytes > MAX_BYTES {
+        if self.bytes > options.max_bytes {
             let message = format!(
-                "included files have more than {MAX_BYTES} bytes: no description of a machine"
+                "included files have more than {} bytes: no description of a machine",
+                options.max_bytes
             );
             problems.push(place.problem(file, &message, ""));
             return;
         }
         // Told once: a fault in what it includes itself would be told for every level.
         if problems.is_empty() {
-            self.file(&text, Some((file, place.line)), files, depth + 1, problems);
+            self.file(
+                &text,
+                Some((file, place.line)),
+                options,
+                depth + 1,
+                problems,
+            );
         }
     }
 

@@ -1,16 +1,19 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
 //! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL]
-//! HALCMD and HALFILE where they set pins of the kinematics. Units are those of the machine and
-//! seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
+//! HALCMD and HALFILE where they set pins of the kinematics; what moves the joints
+//! (`linuxcnc_motors`), and the files that it names (`linuxcnc_files`). Units are those of the
+//! machine and seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
 use super::ini::{self, Entry, Ini};
 use super::kins::{self, Module, Numbered};
-use super::{Format, ImportOptions, number, problem};
+use super::{Format, ImportOptions, linuxcnc_files, linuxcnc_motors, number, problem};
+use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::KinematicsSpec;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
@@ -25,7 +28,7 @@ pub(super) const FORMAT: Format = Format {
 
 /// Reads the file.
 fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let ini = ini::read(text, options.files)?;
+    let ini = ini::read(text, options)?;
     let first = |sections: &[&str], key: &str| ini.first(sections, key);
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
@@ -99,6 +102,21 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         if entry.section == "HAL" && wire(&ini, entry, &mut pins, options) {
             continue;
         }
+        let joint = joints.of(&entry.section);
+        let mm = joints.units.linear;
+        let taken = match joint {
+            Some(_) if linuxcnc_motors::is_motor_key(&entry.key) => Ok(true),
+            Some(_) if matches!(entry.key.as_str(), "COMP_FILE" | "COMP_FILE_TYPE") => Ok(true),
+            _ => linuxcnc_files::take(&mut draft, entry, mm, options),
+        };
+        match taken {
+            Ok(true) => continue,
+            Ok(false) => {}
+            Err(found) => {
+                problems.push(found);
+                continue;
+            }
+        }
         match limit(entry, &joints) {
             Ok(Some(found)) => limits.add(found),
             Ok(None) => other(&mut draft, entry),
@@ -106,6 +124,32 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         }
     }
     limits.set(&mut draft);
+    let units = (joints.units.linear, joints.units.angular);
+    for entry in ini.entries.iter().filter(|entry| entry.key == "COMP_FILE") {
+        let Some(joint) = joints.of(&entry.section) else {
+            continue;
+        };
+        let kind = ini.first(&[&entry.section], "COMP_FILE_TYPE");
+        let unit = if joint.1 { units.1 } else { units.0 };
+        if let Err(found) = linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, options) {
+            problems.push(found);
+        }
+    }
+    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options) {
+        problems.push(found);
+    }
+    motor_rows(&mut draft, &ini, &joints);
+    // BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
+    draft.control = Some(Control::LinuxCnc);
+    draft.carry("fixed-linuxcnc", |axis| {
+        let told = [
+            ("velocity_units_s", &axis.velocity),
+            ("acceleration_units_s2", &axis.acceleration),
+        ];
+        let told = told.into_iter().filter(|_| !axis.rotary);
+        told.filter_map(|(key, told)| Some((key, told.as_ref()?.value)))
+            .collect()
+    });
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(
             1,
@@ -127,6 +171,22 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         Ok(draft)
     } else {
         Err(problems)
+    }
+}
+
+/// Keys of motors and of screws that nothing was made of are told as that.
+fn motor_rows(draft: &mut Draft, ini: &Ini, joints: &IniJoints) {
+    let mut told: BTreeSet<String> = draft.rows.iter().map(|row| row.key.clone()).collect();
+    for entry in &ini.entries {
+        let screw = entry.key == "COMP_FILE_TYPE";
+        if joints.of(&entry.section).is_none()
+            || !(screw || linuxcnc_motors::is_motor_key(&entry.key))
+            || !told.insert(entry.name())
+        {
+            continue;
+        }
+        let fate = if screw { Fate::Used } else { Fate::Ignored };
+        draft.row(entry.name(), entry.value.as_str(), fate, "");
     }
 }
 
@@ -296,24 +356,28 @@ impl<'a> Limits<'a> {
         self.0.push(limit);
     }
 
-    /// The value that holds of those of one key of one axis; the first of equal ones.
-    fn holding(&self, of: &Limit<'a>) -> &Limit<'a> {
-        let same = |limit: &&Limit<'a>| limit.key == of.key && limit.axis.0 == of.axis.0;
-        let mut all = self.0.iter().filter(same);
-        let first = all.next().unwrap_or(&self.0[0]);
-        all.fold(first, |held, next| {
+    /// Where the values stand that hold, of each key of each axis: the first of equal ones.
+    fn holding(&self) -> BTreeMap<(AxisId, usize), usize> {
+        let mut held: BTreeMap<(AxisId, usize), usize> = BTreeMap::new();
+        for (index, next) in self.0.iter().enumerate() {
+            let place = held.entry((next.axis.0, next.key)).or_insert(index);
             let tighter = match RULES[next.key].1 {
-                Rule::Smaller => next.value < held.value,
-                Rule::Larger => next.value > held.value,
+                Rule::Smaller => next.value < self.0[*place].value,
+                Rule::Larger => next.value > self.0[*place].value,
             };
-            if tighter { next } else { held }
-        })
+            if tighter {
+                *place = index;
+            }
+        }
+        held
     }
 
     /// Writes them into the draft, and what became of each into its report.
     fn set(&self, draft: &mut Draft) {
+        let held = self.holding();
         for limit in &self.0 {
-            let holds = self.holding(limit);
+            let holds = held.get(&(limit.axis.0, limit.key));
+            let holds = holds.and_then(|at| self.0.get(*at)).unwrap_or(limit);
             let (axis, turns) = limit.axis;
             if !std::ptr::eq(holds, limit) {
                 let note = format!("axis {axis}: {} counts", holds.entry.name());

@@ -14,6 +14,10 @@ mod freecad_chain;
 mod hal;
 mod ini;
 mod kins;
+mod linuxcnc_files;
+mod linuxcnc_motors;
+mod mcodes;
+mod stepper;
 
 pub use draft::{Fate, Row};
 
@@ -71,6 +75,13 @@ formats! {
     grbl: Grbl "What grbl and grblHAL answer to `$$`.";
     freecad: FreeCad "FreeCAD's machine library (JSON).";
     urdf: Urdf "Unified robot description (XML).";
+    klipper: Klipper "Klipper's printer.cfg.";
+    fluidnc: FluidNc "FluidNC's configuration (YAML).";
+    duet: Duet "RepRapFirmware's config.g.";
+    marlin: Marlin "What Marlin answers to M503, or its Configuration.h.";
+    sinumerik: Sinumerik "Machine data of a Sinumerik archive as text.";
+    fanuc: Fanuc "Fanuc's parameters as punched out.";
+    mtconnect: MtConnect "MTConnect's device description (XML).";
 }
 
 impl ImportFormat {
@@ -88,8 +99,12 @@ impl ImportFormat {
     }
 }
 
-/// Longest text that is read, bytes: a description of a machine has some thousand.
-const MAX_BYTES: usize = 4 * 1024 * 1024;
+/// Longest text that is read unless more is allowed, bytes: a description of a machine has some
+/// thousand.
+pub const MAX_BYTES: usize = 4 * 1024 * 1024;
+
+/// The machine that lends what a description does not say if none is named.
+pub const USUAL_PRESET: &str = crate::machine::DEFAULT_MACHINE;
 
 /// What came of an import.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +122,11 @@ pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
 /// What an import needs besides the text.
 #[derive(Clone, Copy)]
 pub struct ImportOptions<'a> {
-    /// The machine that lends what the description does not say.
-    pub preset: &'a str,
+    /// The machine that lends what the description does not say. If left out, [`USUAL_PRESET`]; axes
+    /// that steppers move get a stepper's drive then, not one of its servos.
+    pub preset: Option<&'a str>,
+    /// Longest text that is read, with all files that it names, bytes.
+    pub max_bytes: usize,
     /// The link at which the tool is, of a URDF tree that ends in several.
     pub tip: Option<&'a str>,
     /// Where other files come from that the description names (a LinuxCNC INI's `#INCLUDE` and
@@ -116,13 +134,24 @@ pub struct ImportOptions<'a> {
     pub files: Files<'a>,
 }
 
-impl ImportOptions<'_> {
+impl Default for ImportOptions<'_> {
     /// Of a description that stands alone: other files that it names are reported as not read.
-    pub fn new(preset: &str) -> ImportOptions<'_> {
+    fn default() -> Self {
         ImportOptions {
-            preset,
+            preset: None,
+            max_bytes: MAX_BYTES,
             tip: None,
             files: &|_| Err("other files are not read here".to_owned()),
+        }
+    }
+}
+
+impl ImportOptions<'_> {
+    /// Of a description that stands alone, with the machine that lends the rest.
+    pub fn new(preset: &str) -> ImportOptions<'_> {
+        ImportOptions {
+            preset: Some(preset),
+            ..ImportOptions::default()
         }
     }
 }
@@ -153,12 +182,18 @@ pub fn import(
     options: &ImportOptions<'_>,
 ) -> Result<Imported, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
-    if text.len() > MAX_BYTES {
+    if text.len() > options.max_bytes {
         let message = format!(
-            "has {} bytes; more than {MAX_BYTES} are no description of a machine",
-            text.len()
+            "has {} bytes; more than {} are no description of a machine",
+            text.len(),
+            options.max_bytes
         );
-        return Err(fail(vec![problem(1, "", message, "")]));
+        return Err(fail(vec![problem(
+            1,
+            "",
+            message,
+            "allow more if it is one",
+        )]));
     }
     let draft = (format.format().read)(text, options).map_err(fail)?;
     fill::machine(name, draft, options.preset).map_err(fail)
@@ -173,6 +208,32 @@ fn problem(line: usize, key: &str, message: impl Into<String>, hint: &str) -> Pr
         message: message.into(),
         hint: hint.to_owned(),
         option: None,
+    }
+}
+
+/// A finite number above 0.
+fn positive(line: usize, key: &str, text: &str) -> Result<f64, Problem> {
+    match number(line, key, text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err(problem(
+            line,
+            key,
+            format!("is {}; it has to be above 0", text.trim()),
+            "leave it out if it is not known",
+        )),
+    }
+}
+
+/// A finite number, 0 or above.
+fn not_negative(line: usize, key: &str, text: &str) -> Result<f64, Problem> {
+    match number(line, key, text)? {
+        value if value >= 0.0 => Ok(value),
+        _ => Err(problem(
+            line,
+            key,
+            format!("is {}; it has to be 0 or above", text.trim()),
+            "0 if there is none",
+        )),
     }
 }
 

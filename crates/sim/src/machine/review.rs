@@ -34,7 +34,13 @@ pub struct AxisReview {
     pub position_gain_per_s: f64,
     /// Inertia of the load over all that turns with the motor.
     pub inertia_ratio: f64,
+    /// Whether the velocity loop has no integral part: a stepper's rotor on its field, to which no
+    /// rule of cascades applies.
+    pub is_open_loop: bool,
 }
+
+/// Integral time from which there is no integral part, s: beyond any motion between two reversals.
+const NO_INTEGRAL_S: f64 = 100.0;
 
 impl AxisReview {
     /// The figures of an axis.
@@ -80,6 +86,7 @@ impl AxisReview {
                 / TAU,
             position_gain_per_s: drive.position_gain_per_s,
             inertia_ratio: load.inertia_kgm2 / motor_side,
+            is_open_loop: drive.velocity_time_s >= NO_INTEGRAL_S,
         }
     }
 
@@ -115,7 +122,7 @@ impl AxisReview {
         );
         // Above the resonance the load no longer moves with the motor.
         note(
-            self.velocity_loop_hz > self.resonance_hz,
+            !self.is_open_loop && self.velocity_loop_hz > self.resonance_hz,
             format!(
                 "the velocity loop ({:.0} Hz) is faster than the first resonance ({:.0} Hz)",
                 self.velocity_loop_hz, self.resonance_hz
@@ -125,7 +132,7 @@ impl AxisReview {
         // not so.
         let ratio = self.position_gain_per_s / (TAU * self.velocity_loop_hz);
         note(
-            ratio > 0.5,
+            !self.is_open_loop && ratio > 0.5,
             format!(
                 "the position gain is {} % of the velocity loop's bandwidth",
                 percent(ratio)

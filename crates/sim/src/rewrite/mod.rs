@@ -30,6 +30,7 @@ use crate::simulation::Simulation;
 use judge::judge;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, math};
+use lostmotion_methods::USUAL_SHARE;
 use lostmotion_path::Curve;
 use results::{Leaves, LeavesWith, Rewritten};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -40,8 +41,6 @@ use writer::{LETTERS, new_text};
 const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 /// Half the last digit, and rounding, mm.
 const ROUNDING_MM: f64 = 2e-4;
-/// By how much a gap may be off where nobody says; as comparisons test it.
-const USUAL_SHARE: f64 = 0.3;
 /// Part of the RMS that has to be gained. A choice: less is not worth another program.
 const LEAST_GAIN: f64 = 0.1;
 /// Change of an arc's radius up to which it is cut as a circle, mm.

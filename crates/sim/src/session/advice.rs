@@ -13,15 +13,11 @@
 
 use crate::method::Choice;
 use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult, Run, Trust};
-use lostmotion_methods::{Misled, Told};
+use lostmotion_methods::{Misled, Told, USUAL_SHARE};
 
 /// How near a method that is told nothing has to be to the best, as part of what no compensation
 /// leaves. A choice: measuring a gap costs more than a twentieth of the error is worth.
 const NEAR_BEST_SHARE: f64 = 0.05;
-
-/// By how much a drive may be told its axis wrong, if the caller does not say. A choice: what a gap
-/// wears, and friction changes with temperature and lubrication, between two visits of service.
-const USUAL_SHARE: f64 = 0.3;
 
 /// The parts of what is told wrong in a comparison with which a method is tried again that is best
 /// where all is told right. A choice: as many as tell a user how well to measure.

@@ -1,0 +1,360 @@
+//! Fanuc's parameters as punched out: `N01851Q1A1P4A2P0`, parameter, path, then axis and value.
+//!
+//! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
+//! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
+//! acceleration before interpolation (mm/s2), 1800#4 RBK, 1828 and 1829 limits of the position
+//! deviation, 1851 and 1852 gaps. Lengths without a point are in the increment of the axis, gaps and
+//! deviations in detection units. Source: parameter manuals B-63090EN, B-64120EN, B-64490EN.
+
+use super::draft::{Draft, Fate, Quantity, Told};
+use super::{Format, ImportOptions, not_negative, number, problem};
+use crate::control::Control;
+use crate::machine::Problem;
+use lostmotion_base::AxisId;
+
+/// The format's row. Its files have the extensions of many.
+pub(super) const FORMAT: Format = Format {
+    name: "fanuc",
+    extensions: &[],
+    looks_like: |text| {
+        let numbers = ["N01420", "N1420", "N01851", "N1851", "N01320", "N1320"];
+        let mut lines = text.lines().map(str::trim_start);
+        lines.any(|line| {
+            let rest = numbers.iter().find_map(|it| line.strip_prefix(it));
+            rest.is_some_and(|rest| {
+                let rest = rest.trim_start();
+                rest.starts_with(['Q', 'A']) && rest.contains('P')
+            })
+        })
+    },
+    read,
+};
+
+/// Axes of a path that a control has at most.
+const MOST_AXES: usize = 32;
+
+/// Stroke limits from here on are none, in increments.
+const NO_LIMIT: f64 = 99_999_999.0;
+
+/// A value of one parameter of one axis; axis 0 of those that have none.
+struct ParameterValue<'a> {
+    line: usize,
+    number: u32,
+    axis: usize,
+    value: &'a str,
+}
+
+impl ParameterValue<'_> {
+    fn name(&self) -> String {
+        if self.axis == 0 {
+            format!("N{}", self.number)
+        } else {
+            format!("N{} A{}", self.number, self.axis)
+        }
+    }
+
+    /// Bit of a value of eight binary digits.
+    fn bit(&self, bit: usize) -> bool {
+        self.value.len() == 8 && self.value.as_bytes()[7 - bit] == b'1'
+    }
+}
+
+/// The values of a line; none if it is no parameter or of another path.
+fn line<'a>(
+    number: usize,
+    text: &'a str,
+    entries: &mut Vec<ParameterValue<'a>>,
+) -> Result<(), Problem> {
+    let told = text
+        .split(['(', ';', '%'])
+        .next()
+        .unwrap_or_default()
+        .trim();
+    let Some(rest) = told.strip_prefix('N') else {
+        return Ok(());
+    };
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let (code, mut rest) = rest.split_at(digits);
+    let bad = || {
+        let hint = "parameters are written as N01851Q1A1P4A2P0";
+        problem(number, told, "is no parameter", hint)
+    };
+    let code: u32 = code.parse().map_err(|_| bad())?;
+    let mut axis = 0;
+    while let Some(letter) = rest.chars().next() {
+        let behind = &rest[letter.len_utf8()..];
+        let end = behind
+            .find(|c: char| c.is_ascii_alphabetic())
+            .unwrap_or(behind.len());
+        let (value, next) = behind.split_at(end);
+        let value = value.trim();
+        match letter {
+            // The second path and further ones are other machines' halves.
+            'Q' if value != "1" => return Ok(()),
+            'A' => axis = value.parse().map_err(|_| bad())?,
+            'P' if axis <= MOST_AXES => entries.push(ParameterValue {
+                line: number,
+                number: code,
+                axis,
+                value,
+            }),
+            'P' => return Err(bad()),
+            // Of spindles and of groups of parameters.
+            'Q' | 'S' | 'L' | ' ' => {}
+            _ => return Err(bad()),
+        }
+        rest = next;
+    }
+    Ok(())
+}
+
+/// All parameters.
+struct PunchedOut<'a>(Vec<ParameterValue<'a>>);
+
+impl PunchedOut<'_> {
+    fn of(&self, number: u32, axis: usize) -> Option<&ParameterValue<'_>> {
+        let mut all = self.0.iter().rev();
+        all.find(|entry| entry.number == number && entry.axis == axis)
+    }
+
+    /// The least increment of an axis, mm or deg.
+    fn increment(&self, axis: usize) -> f64 {
+        let flags = self.of(1013, axis).or_else(|| self.of(1004, 0));
+        match flags {
+            Some(flags) if flags.bit(0) => 0.01,
+            Some(flags) if flags.bit(1) => 0.0001,
+            _ => 0.001,
+        }
+    }
+
+    fn axis(&self, number: usize) -> Option<(AxisId, bool)> {
+        let named = self
+            .of(1020, number)
+            .and_then(|it| it.value.parse::<u8>().ok());
+        match named {
+            Some(code) => AxisId::from_letter(char::from(code)).map(|axis| (axis, true)),
+            None => AxisId::from_index(number.checked_sub(1)?).map(|axis| (axis, false)),
+        }
+    }
+}
+
+/// Reads the parameters.
+fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+    let mut draft = Draft::new("Fanuc");
+    draft.dialect = Some("fanuc");
+    draft.control = Some(Control::Fanuc);
+    let (mut problems, mut entries) = (Vec::new(), Vec::new());
+    for (index, text) in text.lines().enumerate() {
+        problems.extend(line(index + 1, text, &mut entries).err());
+    }
+    let all = PunchedOut(entries);
+    if let Some(inch) = all.of(1001, 0).filter(|it| it.bit(0)) {
+        let message = "the machine is in inches (INM), which is not read";
+        problems.push(problem(inch.line, "N1001", message, ""));
+    }
+    let numbers: Vec<usize> = (1..=MOST_AXES)
+        .filter(|axis| {
+            [1420, 1320, 1851]
+                .iter()
+                .any(|key| all.of(*key, *axis).is_some())
+        })
+        .collect();
+    for number in numbers {
+        let Some((axis, named)) = all.axis(number) else {
+            let why = "its name (1020) is no letter of an axis";
+            draft.row(format!("A{number}"), "", Fate::Ignored, why);
+            continue;
+        };
+        let turns = all.of(1006, number).is_some_and(|it| it.bit(0));
+        if turns != axis.is_rotary() && named {
+            let note = format!("{axis} does not {}", if turns { "turn" } else { "slide" });
+            draft.row(format!("A{number}"), "", Fate::Ignored, note);
+            continue;
+        }
+        if !named {
+            let why = "its name (1020) is not in the file: by its number";
+            draft.row(
+                format!("A{number}"),
+                format!("axis {axis}"),
+                Fate::Guessed,
+                why,
+            );
+        }
+        if let Err(found) = take(&mut draft, &all, number, axis) {
+            problems.push(found);
+        }
+    }
+    if draft.axes.is_empty() && problems.is_empty() {
+        let hint = "punch out the parameters: N01420A1P24000 and so on";
+        problems.push(problem(1, "", "there is no parameter of an axis", hint));
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let read = [
+        1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1828, 1829, 1851, 1852,
+    ];
+    for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
+        draft.row(entry.name(), entry.value, Fate::Ignored, "");
+    }
+    Ok(draft)
+}
+
+fn take(
+    draft: &mut Draft,
+    all: &PunchedOut<'_>,
+    number_of: usize,
+    axis: AxisId,
+) -> Result<(), Problem> {
+    let increment = all.increment(number_of);
+    let told = |entry: &ParameterValue<'_>, value: f64| Told {
+        value,
+        from: entry.name(),
+        line: entry.line,
+    };
+    for (key, quantity) in [(1321, Quantity::Min), (1320, Quantity::Max)] {
+        let Some(entry) = all.of(key, number_of) else {
+            continue;
+        };
+        let value = number(entry.line, &entry.name(), entry.value)?;
+        // Newer controls write mm with a point, older ones increments.
+        let value = if entry.value.contains('.') {
+            value
+        } else {
+            value * increment
+        };
+        if value.abs() >= NO_LIMIT * increment {
+            draft.row(entry.name(), entry.value, Fate::Ignored, "no limit");
+        } else {
+            draft.tell(axis, quantity, told(entry, value), entry.value);
+        }
+    }
+    let amount = |key: u32| match all.of(key, number_of) {
+        None => Ok(None),
+        Some(entry) => {
+            let value = not_negative(entry.line, &entry.name(), entry.value)?;
+            Ok::<_, Problem>(Some((entry, value)).filter(|(_, value)| *value > 0.0))
+        }
+    };
+    let rapid = amount(1420)?;
+    if let Some((entry, value)) = rapid {
+        draft.tell(
+            axis,
+            Quantity::Velocity,
+            told(entry, value / 60.0),
+            entry.value,
+        );
+    }
+    match (amount(1660)?, rapid, amount(1620)?) {
+        (Some((entry, value)), ..) => {
+            draft.tell(
+                axis,
+                Quantity::Acceleration,
+                told(entry, value),
+                entry.value,
+            );
+        }
+        // The rapid speed in this time.
+        (None, Some((_, rapid)), Some((entry, ms))) => {
+            let value = rapid / 60.0 / (ms * 1e-3);
+            draft.tell(
+                axis,
+                Quantity::Acceleration,
+                told(entry, value),
+                entry.value,
+            );
+        }
+        _ => {}
+    }
+    if let Some((entry, value)) = amount(1828)? {
+        draft.row(
+            entry.name(),
+            entry.value,
+            Fate::Used,
+            format!("following error of {axis}"),
+        );
+        draft.axis(axis, axis.is_rotary()).following_error = Some(told(entry, value * increment));
+    }
+    if let Some((entry, value)) = amount(1829)? {
+        draft.row(
+            entry.name(),
+            entry.value,
+            Fate::Used,
+            format!("following error of {axis} at rest"),
+        );
+        draft.axis(axis, axis.is_rotary()).standstill_error = Some(told(entry, value * increment));
+    }
+    gap(draft, all, number_of, axis, increment)
+}
+
+/// 1851 of cutting feeds, and 1852 of rapids where RBK is set.
+fn gap(
+    draft: &mut Draft,
+    all: &PunchedOut<'_>,
+    number_of: usize,
+    axis: AxisId,
+    increment: f64,
+) -> Result<(), Problem> {
+    let Some(entry) = all.of(1851, number_of) else {
+        return Ok(());
+    };
+    let amount = |entry: &ParameterValue<'_>| -> Result<f64, Problem> {
+        if entry.value.starts_with('-') {
+            let message = "is negative: of an encoder that the load leads, which is not read";
+            return Err(problem(entry.line, &entry.name(), message, ""));
+        }
+        Ok(not_negative(entry.line, &entry.name(), entry.value)? * increment)
+    };
+    let cutting = amount(entry)?;
+    draft.row(
+        entry.name(),
+        format!(
+            "{increment} {}",
+            if axis.is_rotary() { "deg" } else { "mm" }
+        ),
+        Fate::Guessed,
+        "the detection unit is taken to be the least increment (CMR 1)",
+    );
+    let told = Told {
+        value: cutting,
+        from: entry.name(),
+        line: entry.line,
+    };
+    draft.tell(axis, Quantity::Gap, told, entry.value);
+    let apart = all.of(1800, 0).is_some_and(|it| it.bit(4));
+    let rapid = match all.of(1852, number_of) {
+        Some(entry) if apart => {
+            draft.row(
+                entry.name(),
+                entry.value,
+                Fate::Used,
+                format!("gap of {axis} in rapids (RBK)"),
+            );
+            amount(entry)?
+        }
+        Some(entry) => {
+            draft.row(
+                entry.name(),
+                entry.value,
+                Fate::Ignored,
+                "RBK (1800#4) is not set",
+            );
+            cutting
+        }
+        None => cutting,
+    };
+    // Both in thousandths: um, or mdeg.
+    let keys = if axis.is_rotary() {
+        ["cutting.mdeg", "rapid.mdeg"]
+    } else {
+        ["cutting.um", "rapid.um"]
+    };
+    let own = draft.axis(axis, axis.is_rotary());
+    own.carry(
+        "fixed-fanuc",
+        vec![(keys[0], cutting * 1e3), (keys[1], rapid * 1e3)],
+    );
+    let row = own.carried_row();
+    draft.rows.extend(row);
+    Ok(())
+}

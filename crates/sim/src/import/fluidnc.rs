@@ -1,0 +1,198 @@
+//! FluidNC's configuration (YAML): keys below `axes:` by their indents.
+//!
+//! Of every axis steps_per_mm, max_rate_mm_per_min, acceleration_mm_per_sec2, max_travel_mm, and of
+//! `homing:` mpos_mm and positive_direction, which say where the travel lies; of `motor0:` the
+//! driver's microsteps and run_amps (A, effective); `kinematics:` cartesian and corexy; `name:`.
+//! Rotary axes are in degrees under the same keys. FluidNC has no setting for a gap. See
+//! <http://wiki.fluidnc.com/en/config/axes>.
+
+use super::draft::{Draft, Fate, Quantity, Told};
+use super::{Format, ImportOptions, number, positive, problem};
+use crate::machine::Problem;
+use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
+use std::f64::consts::SQRT_2;
+
+/// The format's row. Its files share their extension with others.
+pub(super) const FORMAT: Format = Format {
+    name: "fluidnc",
+    extensions: &[],
+    looks_like: |text| {
+        let has = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+        has("axes:") && (has("steps_per_mm:") || has("max_rate_mm_per_min:"))
+    },
+    read,
+};
+
+/// Deepest nesting of keys; FluidNC's own go five deep.
+const DEEPEST: usize = 32;
+
+/// A key with a value, and the keys above it.
+struct Leaf {
+    line: usize,
+    /// In lower case, as FluidNC compares them.
+    path: Vec<String>,
+    value: String,
+}
+
+/// The lines that have values, by their indents.
+fn leaves(text: &str) -> Result<Vec<Leaf>, Problem> {
+    let mut above: Vec<(usize, String)> = Vec::new();
+    let mut leaves = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        // A hash begins a comment at the start or behind a blank.
+        let mut told = line.trim_end();
+        if told.trim_start().starts_with('#') {
+            continue;
+        }
+        if let Some((before, _)) = told.split_once(" #") {
+            told = before.trim_end();
+        }
+        let indent = told.len() - told.trim_start().len();
+        let Some((key, value)) = told.trim_start().split_once(':') else {
+            continue;
+        };
+        above.retain(|(own, _)| *own < indent);
+        if above.len() == DEEPEST {
+            let message = format!("keys stand in each other more than {DEEPEST} deep");
+            return Err(problem(index + 1, key, message, ""));
+        }
+        above.push((indent, key.trim().to_ascii_lowercase()));
+        let value = value.trim().trim_matches(['"', '\'']);
+        if !value.is_empty() {
+            leaves.push(Leaf {
+                line: index + 1,
+                path: above.iter().map(|(_, key)| key.clone()).collect(),
+                value: value.to_owned(),
+            });
+        }
+    }
+    Ok(leaves)
+}
+
+/// The last value of every path, which counts.
+type LastLeaves<'a> = BTreeMap<String, &'a Leaf>;
+
+/// Reads the file.
+fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+    let mut draft = Draft::new("FluidNC");
+    let leaves = leaves(text).map_err(|found| vec![found])?;
+    let mut problems = Vec::new();
+    let mut is_corexy = false;
+    for (index, line) in text.lines().enumerate() {
+        // Kinds of kinematics are keys without values.
+        let kind = line.trim().to_ascii_lowercase();
+        match kind.as_str() {
+            "corexy:" => is_corexy = true,
+            "wallplotter:" | "wall_plotter:" | "parallel_delta:" | "midtbot:" => {
+                problems.push(problem(
+                    index + 1,
+                    "kinematics",
+                    format!("`{}` is not known here", kind.trim_end_matches(':')),
+                    "known are cartesian and corexy",
+                ));
+            }
+            _ => {}
+        }
+    }
+    let last: LastLeaves<'_> = leaves
+        .iter()
+        .map(|leaf| (leaf.path.join("."), leaf))
+        .collect();
+    for leaf in &leaves {
+        let counts = last
+            .get(&leaf.path.join("."))
+            .is_some_and(|other| std::ptr::eq(*other, leaf));
+        if !counts {
+            let note = "given again further on, which counts";
+            draft.row(
+                leaf.path.join("."),
+                leaf.value.as_str(),
+                Fate::Ignored,
+                note,
+            );
+        } else if let Err(found) = take(&mut draft, &last, leaf) {
+            problems.push(found);
+        }
+    }
+    if draft.axes.is_empty() && problems.is_empty() {
+        problems.push(problem(1, "axes", "there is no axis with limits", ""));
+    }
+    if is_corexy && problems.is_empty() {
+        draft.belts();
+    }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
+}
+
+fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), Problem> {
+    let name = leaf.path.join(".");
+    let path: Vec<&str> = leaf.path.iter().map(String::as_str).collect();
+    let value = leaf.value.as_str();
+    let told = |value: f64| Told {
+        value,
+        from: name.clone(),
+        line: leaf.line,
+    };
+    if path == ["name"] {
+        value.clone_into(&mut draft.name);
+        draft.row("name", value, Fate::Used, "general");
+        return Ok(());
+    }
+    let axis = match path.as_slice() {
+        ["axes", letter, ..] if letter.len() == 1 => {
+            letter.chars().next().and_then(AxisId::from_letter)
+        }
+        _ => None,
+    };
+    let Some(axis) = axis else {
+        draft.row(name.as_str(), value, Fate::Ignored, "");
+        return Ok(());
+    };
+    let above_zero = || positive(leaf.line, &name, value);
+    let (quantity, amount) = match &path[2..] {
+        ["steps_per_mm"] => (Quantity::StepsPerUnit, above_zero()?),
+        ["max_rate_mm_per_min"] => (Quantity::Velocity, above_zero()? / 60.0),
+        ["acceleration_mm_per_sec2"] => (Quantity::Acceleration, above_zero()?),
+        ["max_travel_mm"] => {
+            let (min, max) = travel(leaves, path[1], above_zero()?)?;
+            draft.tell(axis, Quantity::Min, told(min), value);
+            (Quantity::Max, max)
+        }
+        ["homing", "mpos_mm" | "positive_direction"] => {
+            draft.row(name.as_str(), value, Fate::Used, "where the travel lies");
+            return Ok(());
+        }
+        ["motor0", _, "microsteps"] => (Quantity::Microsteps, above_zero()?),
+        ["motor0", _, "run_amps"] => (Quantity::PeakCurrent, above_zero()? * SQRT_2),
+        [motor, ..] if motor.starts_with("motor") && *motor != "motor0" => {
+            let note = "a further motor of the axis: one moves it here";
+            draft.row(name.as_str(), value, Fate::Ignored, note);
+            return Ok(());
+        }
+        _ => {
+            draft.row(name.as_str(), value, Fate::Ignored, "");
+            return Ok(());
+        }
+    };
+    draft.tell(axis, quantity, told(amount), value);
+    Ok(())
+}
+
+/// From where homing leaves the axis, away from the switch.
+fn travel(leaves: &LastLeaves<'_>, letter: &str, length: f64) -> Result<(f64, f64), Problem> {
+    let of = |key: &str| leaves.get(&format!("axes.{letter}.homing.{key}"));
+    let home = match of("mpos_mm") {
+        Some(leaf) => number(leaf.line, &leaf.path.join("."), &leaf.value)?,
+        None => 0.0,
+    };
+    let upwards = of("positive_direction").is_none_or(|leaf| leaf.value != "false");
+    Ok(if upwards {
+        (home - length, home)
+    } else {
+        (home, home + length)
+    })
+}

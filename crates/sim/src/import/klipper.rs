@@ -1,0 +1,353 @@
+//! Klipper's printer.cfg: sections `[stepper_x]`, lines `key: value` or `key = value`.
+//!
+//! `[printer]` kinematics, max_velocity, max_accel, max_z_velocity, max_z_accel (mm, s); of every
+//! `[stepper_x]` rotation_distance, gear_ratio, microsteps, full_steps_per_rotation, position_min,
+//! position_max (mm); of its driver (`[tmc2209 stepper_x]`) run_current (A, effective). Files that
+//! `[include FILE]` names are read. What SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting
+//! for a gap. See <https://www.klipper3d.org/Config_Reference.html>.
+
+use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
+use super::{Format, ImportOptions, number, positive, problem};
+use crate::control::Control;
+use crate::machine::Problem;
+use lostmotion_base::AxisId;
+use std::collections::BTreeMap;
+use std::f64::consts::SQRT_2;
+
+/// The format's row. Its files share their extension with others.
+pub(super) const FORMAT: Format = Format {
+    name: "klipper",
+    extensions: &[],
+    looks_like: |text| {
+        let mut lines = text.lines().map(str::trim);
+        lines.any(|line| line == "[printer]" || line.starts_with("[stepper_"))
+    },
+    read,
+};
+
+/// Deepest nesting of included files: a file that includes itself ends here.
+const DEEPEST: usize = 16;
+
+/// A line with a value.
+struct ConfigLine {
+    line: usize,
+    section: String,
+    key: String,
+    value: String,
+}
+
+impl ConfigLine {
+    fn name(&self) -> String {
+        format!("[{}] {}", self.section, self.key)
+    }
+}
+
+/// ConfigFile of the file and of those that it includes.
+#[derive(Default)]
+struct ConfigFile {
+    entries: Vec<ConfigLine>,
+    /// Section and key, and where the last of them stands.
+    last: BTreeMap<String, BTreeMap<String, usize>>,
+    section: String,
+    bytes: usize,
+}
+
+impl ConfigFile {
+    /// `at` is the line of the file that is imported where the text is included.
+    fn file(
+        &mut self,
+        text: &str,
+        at: Option<usize>,
+        depth: usize,
+        options: &ImportOptions<'_>,
+        draft: &mut Draft,
+    ) -> Result<(), Problem> {
+        for (index, line) in text.lines().enumerate() {
+            let place = at.unwrap_or(index + 1);
+            // SAVE_CONFIG writes its part as comments, which count.
+            let saved = line.strip_prefix("#*#");
+            let line = saved.map_or(line, |own| own.strip_prefix(' ').unwrap_or(own));
+            let continues = line.starts_with([' ', '\t']) && !line.trim_start().starts_with('[');
+            let told = line.split(['#', ';']).next().unwrap_or_default().trim();
+            if told.is_empty() {
+                continue;
+            }
+            if let Some(name) = told.strip_prefix('[') {
+                let name = name.strip_suffix(']').ok_or_else(|| {
+                    problem(
+                        place,
+                        told,
+                        "the section's name is not closed",
+                        "write [printer]",
+                    )
+                })?;
+                match name.strip_prefix("include ") {
+                    Some(file) => self.include(file.trim(), place, depth, options, draft)?,
+                    None => name.trim().clone_into(&mut self.section),
+                }
+            } else if let Some((key, value)) = told.split_once([':', '=']) {
+                // A line of a macro or of a value that goes on is indented.
+                if continues {
+                    continue;
+                }
+                self.entries.push(ConfigLine {
+                    line: place,
+                    section: self.section.clone(),
+                    key: key.trim().to_ascii_lowercase(),
+                    value: value.trim().to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn include(
+        &mut self,
+        file: &str,
+        line: usize,
+        depth: usize,
+        options: &ImportOptions<'_>,
+        draft: &mut Draft,
+    ) -> Result<(), Problem> {
+        if depth == DEEPEST {
+            let message = format!("files include each other more than {DEEPEST} deep");
+            return Err(problem(line, file, message, "does a file include itself?"));
+        }
+        match (options.files)(file) {
+            Ok(text) => {
+                self.bytes = self.bytes.saturating_add(text.len());
+                if self.bytes > options.max_bytes {
+                    let message =
+                        format!("included files have more than {} bytes", options.max_bytes);
+                    return Err(problem(line, file, message, ""));
+                }
+                draft.row("[include]", file, Fate::Used, "read in its place");
+                // A section goes on behind the included file.
+                let section = self.section.clone();
+                self.file(&text, Some(line), depth + 1, options, draft)?;
+                self.section = section;
+            }
+            Err(why) => draft.row(
+                "[include]",
+                file,
+                Fate::Ignored,
+                format!("not read ({why})"),
+            ),
+        }
+        Ok(())
+    }
+
+    /// The last of a key counts.
+    fn last(&self, section: &str, key: &str) -> Option<&ConfigLine> {
+        self.entries.get(*self.last.get(section)?.get(key)?)
+    }
+
+    /// Finds the last lines of all keys.
+    fn index(&mut self) {
+        for (index, entry) in self.entries.iter().enumerate() {
+            let keys = self.last.entry(entry.section.clone()).or_default();
+            keys.insert(entry.key.clone(), index);
+        }
+    }
+}
+
+/// Reads the file.
+fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+    let mut draft = Draft::new("Klipper");
+    draft.dialect = Some("klipper");
+    draft.control = Some(Control::Klipper);
+    draft.size = MachineSize::Printer;
+    let mut lines = ConfigFile::default();
+    lines
+        .file(text, None, 0, options, &mut draft)
+        .map_err(|found| vec![found])?;
+    lines.index();
+    let mut problems = Vec::new();
+    let kinematics = lines.last("printer", "kinematics");
+    if let Some(entry) = kinematics
+        && !matches!(entry.value.as_str(), "cartesian" | "corexy")
+    {
+        problems.push(problem(
+            entry.line,
+            "[printer] kinematics",
+            format!("`{}` is not known here", entry.value),
+            "known are cartesian and corexy; start from `machine show delta` for a delta",
+        ));
+    }
+    for entry in &lines.entries {
+        let counts = lines
+            .last(&entry.section, &entry.key)
+            .is_some_and(|last| std::ptr::eq(last, entry));
+        if !counts {
+            draft.row(
+                entry.name(),
+                entry.value.as_str(),
+                Fate::Ignored,
+                "given again further on, which counts",
+            );
+        } else if let Err(found) = take(&mut draft, &lines, entry) {
+            problems.push(found);
+        }
+    }
+    if draft.axes.is_empty() && problems.is_empty() {
+        problems.push(problem(
+            1,
+            "",
+            "there is no [stepper_x]",
+            "is it the printer's main file?",
+        ));
+    }
+    if kinematics.is_some_and(|entry| entry.value == "corexy") && problems.is_empty() {
+        draft.belts();
+    }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
+}
+
+/// The axis of `stepper_x`; `stepper_z1` is a second motor of Z.
+fn axis_of(section: &str) -> Option<(AxisId, bool)> {
+    let mut name = section.strip_prefix("stepper_")?.chars();
+    let axis = AxisId::from_letter(name.next()?).filter(|axis| !axis.is_rotary())?;
+    Some((axis, name.next().is_none()))
+}
+
+fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(), Problem> {
+    let name = entry.name();
+    let told = |value: f64| Told {
+        value,
+        from: name.clone(),
+        line: entry.line,
+    };
+    let value = entry.value.as_str();
+    let above_zero = || positive(entry.line, &name, value);
+    if entry.section == "printer" {
+        return printer(draft, lines, entry, &told);
+    }
+    // Current of a driver: `[tmc2209 stepper_x]`, effective.
+    if let Some((driver, stepper)) = entry.section.split_once(' ')
+        && driver.starts_with("tmc")
+        && entry.key == "run_current"
+        && let Some((axis, true)) = axis_of(stepper)
+    {
+        let peak = above_zero()? * SQRT_2;
+        draft.tell(axis, Quantity::PeakCurrent, told(peak), value);
+        return Ok(());
+    }
+    let Some((axis, first)) = axis_of(&entry.section) else {
+        draft.row(name.as_str(), value, Fate::Ignored, "");
+        return Ok(());
+    };
+    if !first {
+        draft.row(
+            name.as_str(),
+            value,
+            Fate::Ignored,
+            "a further motor of the axis: one moves it here",
+        );
+        return Ok(());
+    }
+    let (quantity, amount) = match entry.key.as_str() {
+        "rotation_distance" => {
+            let gear = match lines.last(&entry.section, "gear_ratio") {
+                Some(gear) => ratio(gear)?,
+                None => 1.0,
+            };
+            (Quantity::PerTurn, above_zero()? / gear)
+        }
+        "microsteps" => (Quantity::Microsteps, above_zero()?),
+        "full_steps_per_rotation" => (Quantity::FullSteps, above_zero()?),
+        "position_max" => {
+            // Where Klipper's own default holds it is told as that.
+            if lines.last(&entry.section, "position_min").is_none() {
+                let zero = Told {
+                    from: format!("[{}] position_min: 0 if left out", entry.section),
+                    ..told(0.0)
+                };
+                draft.tell(axis, Quantity::Min, zero, "0");
+            }
+            (Quantity::Max, number(entry.line, &name, value)?)
+        }
+        "position_min" => (Quantity::Min, number(entry.line, &name, value)?),
+        "gear_ratio" => {
+            draft.row(
+                name.as_str(),
+                value,
+                Fate::Used,
+                "within the travel of a turn of the motor",
+            );
+            return Ok(());
+        }
+        "step_distance" => {
+            let hint = "write rotation_distance, which Klipper has asked for since 2021";
+            return Err(problem(entry.line, &name, "is not read", hint));
+        }
+        _ => {
+            draft.row(name.as_str(), value, Fate::Ignored, "");
+            return Ok(());
+        }
+    };
+    draft.tell(axis, quantity, told(amount), value);
+    Ok(())
+}
+
+/// Limits that hold for X and Y, and those of Z.
+fn printer(
+    draft: &mut Draft,
+    lines: &ConfigFile,
+    entry: &ConfigLine,
+    told: &dyn Fn(f64) -> Told,
+) -> Result<(), Problem> {
+    let name = entry.name();
+    let value = entry.value.as_str();
+    let (quantity, of_z) = match entry.key.as_str() {
+        "max_velocity" => (Quantity::Velocity, "max_z_velocity"),
+        "max_accel" => (Quantity::Acceleration, "max_z_accel"),
+        "max_z_velocity" => (Quantity::Velocity, ""),
+        "max_z_accel" => (Quantity::Acceleration, ""),
+        "kinematics" => {
+            draft.row(name, value, Fate::Used, "general");
+            return Ok(());
+        }
+        "square_corner_velocity" | "minimum_cruise_ratio" | "max_accel_to_decel" => {
+            let note = "how fast corners are taken: no tolerance of the path";
+            draft.row(name, value, Fate::Ignored, note);
+            return Ok(());
+        }
+        _ => {
+            draft.row(name, value, Fate::Ignored, "");
+            return Ok(());
+        }
+    };
+    let amount = positive(entry.line, &name, value)?;
+    // Z has the limits of all axes where it has none of its own.
+    let axes: &[AxisId] = match of_z {
+        "" => &[AxisId::Z],
+        own if lines.last("printer", own).is_some() => &[AxisId::X, AxisId::Y],
+        _ => &[AxisId::X, AxisId::Y, AxisId::Z],
+    };
+    for axis in axes {
+        draft.tell(*axis, quantity, told(amount), value);
+    }
+    Ok(())
+}
+
+/// `80:20, 5:1`: turns of the motor for one of what it drives.
+fn ratio(entry: &ConfigLine) -> Result<f64, Problem> {
+    let bad = || {
+        let message = format!("`{}` is no ratio", entry.value);
+        problem(entry.line, &entry.name(), message, "write 80:20")
+    };
+    let mut whole = 1.0;
+    for pair in entry.value.split(',') {
+        let (driven, driving) = pair.split_once(':').ok_or_else(bad)?;
+        let [driven, driving] = [driven, driving].map(|text| text.trim().parse::<f64>());
+        match (driven, driving) {
+            (Ok(a), Ok(b)) if a > 0.0 && b > 0.0 && (a / b).is_finite() => whole *= a / b,
+            _ => return Err(bad()),
+        }
+    }
+    Ok(whole)
+}

@@ -1,0 +1,341 @@
+//! Files that LinuxCNC's INI names, and keys that say no limit: tool table, parameters (work
+//! offsets and homes), a screw's compensation, the servo's period, the code at start.
+
+use super::draft::{Draft, Fate, Quantity, Told, ToolDraft};
+use super::ini::Entry;
+use super::kins::Numbered;
+use super::{ImportOptions, number, positive, problem};
+use crate::machine::Problem;
+use lostmotion_base::AxisId;
+
+/// Longest screw's table that LinuxCNC reads.
+const MOST_TRIPLETS: usize = 256;
+
+/// Most tools that are read.
+const MOST_TOOLS: usize = 1000;
+
+/// Lengths and diameters that machine files take, mm.
+const LENGTHS_MM: std::ops::RangeInclusive<f64> = 0.0..=1e4;
+
+/// Parameters of positions: table, and that of X; Y, Z, A, B, C, U, V, W follow.
+const POSITIONS: [(&str, u32); 11] = [
+    ("home.g28", 5161),
+    ("home.g30", 5181),
+    ("work_offset.g54", 5221),
+    ("work_offset.g55", 5241),
+    ("work_offset.g56", 5261),
+    ("work_offset.g57", 5281),
+    ("work_offset.g58", 5301),
+    ("work_offset.g59", 5321),
+    ("work_offset.g59_1", 5341),
+    ("work_offset.g59_2", 5361),
+    ("work_offset.g59_3", 5381),
+];
+
+/// Axes in the order of parameters.
+const ORDER: [AxisId; 9] = [
+    AxisId::X,
+    AxisId::Y,
+    AxisId::Z,
+    AxisId::A,
+    AxisId::B,
+    AxisId::C,
+    AxisId::U,
+    AxisId::V,
+    AxisId::W,
+];
+
+/// Times a cycle of setpoints may take, ms.
+const COMMAND_MS: std::ops::RangeInclusive<f64> = 0.25..=8.0;
+
+/// A row of a screw's table this many times as far apart as the middle one is called unlikely.
+const UNLIKELY: f64 = 3.0;
+
+/// What is asked of a file: the entry that names it, and the machine's units in mm and deg.
+struct NamedFile<'a> {
+    entry: &'a Entry,
+    mm: f64,
+}
+
+impl NamedFile<'_> {
+    /// The file's text; a missing one is reported.
+    fn text(&self, draft: &mut Draft, options: &ImportOptions<'_>) -> Option<String> {
+        let file = self.entry.value.split_whitespace().next()?;
+        match (options.files)(file) {
+            Ok(text) if text.len() <= options.max_bytes => Some(text),
+            Ok(text) => {
+                let note = format!("not read: {} bytes", text.len());
+                draft.row(self.entry.name(), file, Fate::Ignored, note);
+                None
+            }
+            Err(why) => {
+                let note = format!("not read ({why})");
+                draft.row(self.entry.name(), file, Fate::Ignored, note);
+                None
+            }
+        }
+    }
+
+    /// A problem in a line of the file.
+    fn fault(&self, line: usize, message: &str) -> Problem {
+        let message = format!("{message} (line {line} of {})", self.entry.value);
+        problem(self.entry.line, &self.entry.name(), message, "")
+    }
+}
+
+/// Takes an entry that is about none of the limits; false if it is something else.
+pub(super) fn take(
+    draft: &mut Draft,
+    entry: &Entry,
+    mm: f64,
+    options: &ImportOptions<'_>,
+) -> Result<bool, Problem> {
+    let named = NamedFile { entry, mm };
+    match (entry.section.as_str(), entry.key.as_str()) {
+        ("EMCIO", "TOOL_TABLE") => tools(draft, &named, options)?,
+        ("RS274NGC", "PARAMETER_FILE") => parameters(draft, &named, options)?,
+        ("RS274NGC", "RS274NGC_STARTUP_CODE" | "STARTUP_CODE") => startup(draft, &named)?,
+        ("EMCMOT", "SERVO_PERIOD") => {
+            let ms = positive(entry.line, &entry.name(), &entry.value)? * 1e-6;
+            if COMMAND_MS.contains(&ms) {
+                draft.row(
+                    entry.name(),
+                    entry.value.as_str(),
+                    Fate::Used,
+                    "cycle of the setpoints, ns",
+                );
+                draft.command_ms = Some(Told {
+                    value: ms,
+                    from: entry.name(),
+                    line: entry.line,
+                });
+            } else {
+                let note = format!("{ms} ms; cycles of 0.25 to 8 ms are known here: 1 ms is taken");
+                draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+            }
+        }
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+/// `T1 P1 Z+0.5 D0.25 ;comment`, or five columns: pocket, tool, length, diameter, comment.
+fn tools(
+    draft: &mut Draft,
+    named: &NamedFile<'_>,
+    options: &ImportOptions<'_>,
+) -> Result<(), Problem> {
+    let Some(text) = named.text(draft, options) else {
+        return Ok(());
+    };
+    let key = named.entry.name();
+    for (index, line) in text.lines().enumerate() {
+        let told = line.split(';').next().unwrap_or_default();
+        let words: Vec<&str> = told.split_whitespace().collect();
+        let value = |text: &str| match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(named.fault(index + 1, &format!("`{text}` is not a number"))),
+        };
+        let of = |letter: char| {
+            let mut all = words.iter();
+            all.find_map(|word| word.strip_prefix([letter, letter.to_ascii_lowercase()]))
+        };
+        let (tool, length, diameter) = match (of('T'), words.as_slice()) {
+            (Some(tool), _) => (tool, of('Z').unwrap_or("0"), of('D').unwrap_or("0")),
+            // A heading has no numbers.
+            (None, [pocket, tool, length, diameter, ..]) if pocket.parse::<u32>().is_ok() => {
+                (*tool, *length, *diameter)
+            }
+            _ => continue,
+        };
+        let Ok(number) = tool.parse::<u32>() else {
+            return Err(named.fault(index + 1, &format!("`{tool}` is no tool")));
+        };
+        let tool = ToolDraft {
+            number,
+            length_mm: value(length)? * named.mm,
+            diameter_mm: value(diameter)?.abs() * named.mm,
+        };
+        if !LENGTHS_MM.contains(&tool.length_mm) || !LENGTHS_MM.contains(&tool.diameter_mm) {
+            let note =
+                "lengths below 0 or above 10 m are none here: measured against another tool?";
+            draft.row(format!("{key} T{number}"), length, Fate::Ignored, note);
+            continue;
+        }
+        // Of a tool that stands in two pockets the last counts, as on the machine.
+        draft.tools.retain(|other| other.number != number);
+        draft.tools.push(tool);
+        if draft.tools.len() > MOST_TOOLS {
+            return Err(named.fault(index + 1, &format!("more than {MOST_TOOLS} tools")));
+        }
+    }
+    let note = format!("{} tools", draft.tools.len());
+    draft.row(key, named.entry.value.as_str(), Fate::Used, note);
+    Ok(())
+}
+
+/// Lines of a parameter's number and its value.
+fn parameters(
+    draft: &mut Draft,
+    named: &NamedFile<'_>,
+    options: &ImportOptions<'_>,
+) -> Result<(), Problem> {
+    let Some(text) = named.text(draft, options) else {
+        return Ok(());
+    };
+    let before = draft.offsets.len();
+    for (index, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        let (Some(key), Some(value)) = (words.next(), words.next()) else {
+            continue;
+        };
+        let Ok(key) = key.parse::<u32>() else {
+            continue;
+        };
+        let place = POSITIONS.iter().find_map(|(table, first)| {
+            let axis = ORDER.get(key.checked_sub(*first)? as usize)?;
+            Some((*table, *axis))
+        });
+        let Some((table, axis)) = place else { continue };
+        let value = match value.parse::<f64>() {
+            Ok(value) if value.is_finite() => value,
+            _ => return Err(named.fault(index + 1, &format!("`{value}` is not a number"))),
+        };
+        if value != 0.0 {
+            let value = if axis.is_rotary() {
+                value
+            } else {
+                value * named.mm
+            };
+            draft.offsets.push((
+                table,
+                axis,
+                Told {
+                    value,
+                    from: format!("#{key} in {}", named.entry.value),
+                    line: named.entry.line,
+                },
+            ));
+        }
+    }
+    let note = format!("{} places of axes", draft.offsets.len() - before);
+    draft.row(
+        named.entry.name(),
+        named.entry.value.as_str(),
+        Fate::Used,
+        note,
+    );
+    Ok(())
+}
+
+/// Of the code at start the tolerance of G64.
+fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
+    let entry = named.entry;
+    let code = entry.value.to_ascii_uppercase();
+    let unit = match (code.contains("G20"), code.contains("G21")) {
+        (true, false) => 25.4,
+        (false, true) => 1.0,
+        _ => named.mm,
+    };
+    let blends = code.contains("G64");
+    let tolerance = code
+        .split_once("G64")
+        .and_then(|(_, rest)| rest.trim_start().strip_prefix('P'))
+        .map(|rest| rest.chars().take_while(|c| c.is_ascii_digit() || *c == '.'));
+    match tolerance {
+        Some(digits) => {
+            let text: String = digits.collect();
+            let value = positive(entry.line, &entry.name(), &text)? * unit;
+            draft.row(
+                entry.name(),
+                entry.value.as_str(),
+                Fate::Used,
+                "tolerance of G64; write the rest into the program",
+            );
+            draft.path_tolerance_mm = Some(Told {
+                value,
+                from: entry.name(),
+                line: entry.line,
+            });
+        }
+        None if blends => {
+            let note = "G64 without P blends without a bound: a tolerance is kept here";
+            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+        }
+        None => draft.row(
+            entry.name(),
+            entry.value.as_str(),
+            Fate::Ignored,
+            "write it into the program",
+        ),
+    }
+    Ok(())
+}
+
+/// The gap that a screw's table holds: forward less backward, the middle one of its rows. LinuxCNC
+/// reads up to the first line that is no triplet.
+pub(super) fn screw(
+    draft: &mut Draft,
+    entry: &Entry,
+    kind: Option<&Entry>,
+    (axis, _): Numbered,
+    mm: f64,
+    options: &ImportOptions<'_>,
+) -> Result<(), Problem> {
+    let named = NamedFile { entry, mm };
+    let Some(text) = named.text(draft, options) else {
+        return Ok(());
+    };
+    if let Some(kind) = kind {
+        let value = number(kind.line, &kind.name(), &kind.value)?;
+        if value != 0.0 && value != 1.0 {
+            let message = format!("is {}; 0 and 1 are known", kind.value);
+            return Err(problem(kind.line, &kind.name(), message, ""));
+        }
+    }
+    let mut gaps = Vec::new();
+    let mut last = f64::NEG_INFINITY;
+    for (index, line) in text.lines().enumerate() {
+        let words: Vec<Option<f64>> = line
+            .split_whitespace()
+            .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
+            .collect();
+        let [Some(nominal), Some(forward), Some(backward)] = words.as_slice() else {
+            break;
+        };
+        if *nominal <= last {
+            return Err(named.fault(index + 1, "positions have to rise"));
+        }
+        last = *nominal;
+        // Places (0) or trims (1): the difference of the directions is the gap in both.
+        gaps.push((forward - backward).abs() * mm);
+        if gaps.len() > MOST_TRIPLETS {
+            let message = format!("more than {MOST_TRIPLETS} rows: LinuxCNC reads no more");
+            return Err(named.fault(index + 1, &message));
+        }
+    }
+    gaps.sort_by(f64::total_cmp);
+    let (Some(least), Some(most)) = (gaps.first(), gaps.last()) else {
+        return Err(named.fault(1, "the first line is no triplet"));
+    };
+    let middle = gaps[gaps.len() / 2];
+    let unlikely = if *most > UNLIKELY * middle.max(1e-6) {
+        "; the largest is unlikely: is it a typing error?"
+    } else {
+        ""
+    };
+    let shown = format!(
+        "{} rows: {:.4} to {:.4}, middle {middle:.4} mm{unlikely}",
+        gaps.len(),
+        least,
+        most
+    );
+    let told = Told {
+        value: middle,
+        from: entry.name(),
+        line: entry.line,
+    };
+    // LinuxCNC passes over BACKLASH where there is such a table.
+    draft.tell(axis, Quantity::Gap, told, &shown);
+    Ok(())
+}

@@ -1,0 +1,410 @@
+//! The drive of an axis that a stepper moves, open loop.
+//!
+//! The field of the phases turns with the command, and the rotor follows it as on a spring. With
+//! `p` pole pairs (a quarter of the full steps of a turn), the holding torque `T_h` at the current
+//! that is set, and the inertia `J` of all that turns:
+//!
+//! ```text
+//! stiffness     dT/dangle = p T_h at the middle       the torque never exceeds T_h: pull-out
+//! own frequency w = sqrt(p T_h/J)                     lightly damped: DAMPING
+//! lost steps    beyond a quarter of an electrical turn, one full step
+//! ```
+//! Written with the keys of any drive, that is a position gain of `p T_h/d` over a velocity gain of
+//! `d/K`, `d` the damping torque per speed and `K` the torque constant, a current limit of `T_h/K`, no integral part, no feed-forward of the acceleration,
+//! and a machine that stops where a stepper would lose a step. The spring is straight up to the
+//! pull-out torque where a stepper's is a sine; the winding's inductance and the supply limit the
+//! torque at speed. A two-phase motor in the three-phase frame of a drive: all voltages times 2/3.
+//!
+//! What no configuration of a control tells (motor, mass, friction, stiffness, gap) is a guess of
+//! its class, and listed as one.
+
+use super::draft::{DraftAxis, Fate, MachineSize, Row, StepperDraft, float};
+use lostmotion_base::math;
+use std::f64::consts::{SQRT_2, TAU};
+use std::fmt::Write;
+
+/// Cycle in which the rotor is followed, us: short against a quarter of a period of the fastest
+/// rotor that comes of the guesses below.
+pub(super) const SERVO_US: f64 = 125.0;
+
+/// Damping of the rotor on its spring, of the critical one. A choice: drivers that damp resonance
+/// reach some tenths, plain ones a few hundredths, at which mid-band resonance makes motors stall.
+const DAMPING: f64 = 0.4;
+
+/// Most that the drive damps the rotor alone, 1/s: what the delays of the model's loops bear. Behind
+/// a soft belt the rotor swings without its load.
+const MOST_DAMPING_PER_S: f64 = 2000.0;
+
+/// Margins that a stepper has to have, deg and dB: those of a spring with a twentieth of the critical
+/// damping.
+const LEAST_PHASE_DEG: f64 = 5.0;
+const LEAST_GAIN_DB: f64 = 2.0;
+
+/// Highest resonance of the load that is guessed, Hz: what is stiffer is rigid here.
+const RIGID_HZ: f64 = 500.0;
+
+/// Bandwidth of the current in a winding, Hz: choppers of 20 to 40 kHz follow within some 0.1 ms.
+const CURRENT_HZ: f64 = 1500.0;
+
+/// Integral time that makes the integral part nothing, s.
+const NO_INTEGRAL_S: f64 = 1000.0;
+
+/// Part of the pull-out torque that a machine which runs leaves to its acceleration: the guess of
+/// the mass goes no further.
+const TORQUE_FOR_ACCELERATION: f64 = 0.5;
+
+/// Inertia of the load over that of the rotor up to which makers recommend their steppers: the guess of
+/// the mass goes no further.
+const LOAD_RATIO: f64 = 10.0;
+
+/// Part of the pull-out torque that the guess of friction goes to.
+const TORQUE_FOR_FRICTION: f64 = 0.1;
+
+/// Gap of a machine of which none is told, mm and deg. A choice: owners set 0.03 to 0.35 mm in the
+/// controls of routers and small mills.
+const GAP_UNITS: f64 = 0.05;
+
+/// Damping of the slide on its screw or belt, of the critical one.
+const SLIDE_DAMPING: f64 = 0.05;
+
+/// Travel of a turn from which a belt or a rack is the likely drive, mm.
+const BELT_MM: f64 = 20.0;
+
+/// Room above the voltage that the told speed needs.
+const SUPPLY_ROOM: f64 = 1.2;
+
+/// Travels of a turn that are sold: screws, then pulleys and racks, mm.
+const USUAL_TURNS_MM: [f64; 16] = [
+    1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0,
+];
+
+/// Microsteps that drivers are set to, the most common first.
+const USUAL_MICROSTEPS: [f64; 9] = [16.0, 8.0, 32.0, 10.0, 4.0, 64.0, 2.0, 5.0, 1.0];
+
+/// A size of motors, as catalogues have it.
+struct MotorClass {
+    name: &'static str,
+    /// Holding torque with both phases at the rated current, N m.
+    holding_nm: f64,
+    /// Rated current of a phase, A.
+    rated_a: f64,
+    phase_ohm: f64,
+    phase_h: f64,
+    inertia_kgm2: f64,
+    supply_v: f64,
+}
+
+/// Frame of 42 mm (NEMA 17), 40 mm long.
+const SMALL: MotorClass = MotorClass {
+    name: "NEMA 17, 0.40 N m, 1.7 A",
+    holding_nm: 0.40,
+    rated_a: 1.7,
+    phase_ohm: 1.5,
+    phase_h: 0.0028,
+    inertia_kgm2: 5.4e-6,
+    supply_v: 24.0,
+};
+
+/// Frame of 57 mm (NEMA 23), 56 mm long.
+const LARGE: MotorClass = MotorClass {
+    name: "NEMA 23, 1.26 N m, 2.8 A",
+    holding_nm: 1.26,
+    rated_a: 2.8,
+    phase_ohm: 0.9,
+    phase_h: 0.0025,
+    inertia_kgm2: 30e-6,
+    supply_v: 36.0,
+};
+
+/// Amplitude of a phase's current from which the motor is of the larger class, A.
+const LARGE_FROM_A: f64 = 2.6;
+
+/// The load that a machine of a size has, where nothing is told: kg, N, N/um of a screw, N/um of a belt.
+struct Typical {
+    mass_kg: f64,
+    friction_n: f64,
+    screw_n_per_um: f64,
+    belt_n_per_um: f64,
+}
+
+const PRINTER: Typical = Typical {
+    mass_kg: 1.0,
+    friction_n: 3.0,
+    screw_n_per_um: 5.0,
+    belt_n_per_um: 0.1,
+};
+
+const ROUTER: Typical = Typical {
+    mass_kg: 10.0,
+    friction_n: 20.0,
+    screw_n_per_um: 20.0,
+    belt_n_per_um: 0.5,
+};
+
+/// Inertia of a rotary table and its friction, behind a worm.
+const TABLE_KGM2: f64 = 0.02;
+const TABLE_FRICTION_NM: f64 = 1.0;
+const TABLE_NM_PER_RAD: f64 = 2e4;
+
+/// What one turn of the motor is: mm or deg for a turn, full steps, microsteps, and what of it is a
+/// guess.
+struct Turn {
+    units: f64,
+    full_steps: f64,
+    microsteps: f64,
+    told: String,
+    guess: Option<String>,
+}
+
+fn turn(stepper: &StepperDraft, rotary: bool) -> Turn {
+    let full_steps = stepper.full_steps.as_ref().map_or(200.0, |it| it.value);
+    let microsteps = stepper.microsteps.as_ref().map(|it| it.value);
+    if let Some(told) = &stepper.per_turn {
+        return Turn {
+            units: told.value,
+            full_steps,
+            microsteps: microsteps.unwrap_or(16.0),
+            told: told.from.clone(),
+            guess: microsteps
+                .is_none()
+                .then(|| "16 microsteps of a full step".to_owned()),
+        };
+    }
+    let Some(steps) = &stepper.steps_per_unit else {
+        let units = if rotary { 4.0 } else { 8.0 };
+        return Turn {
+            units,
+            full_steps,
+            microsteps: microsteps.unwrap_or(16.0),
+            told: "guess".to_owned(),
+            guess: Some(format!("{units} for a turn of the motor")),
+        };
+    };
+    let units = |microsteps: f64| full_steps * microsteps / steps.value;
+    // Steps alone do not tell the screw from the driver's setting: the first pair of what is sold.
+    let usual = || {
+        USUAL_MICROSTEPS.into_iter().find(|micro| {
+            let turn = units(*micro);
+            // No table turns faster than its motor.
+            (rotary && turn <= 360.0)
+                || (!rotary
+                    && USUAL_TURNS_MM
+                        .iter()
+                        .any(|known| (turn / known - 1.0).abs() < 2e-3))
+        })
+    };
+    let chosen = microsteps.or_else(usual).unwrap_or(16.0);
+    Turn {
+        units: units(chosen),
+        full_steps,
+        microsteps: chosen,
+        told: format!("{}, {chosen} microsteps", steps.from),
+        guess: microsteps
+            .is_none()
+            .then(|| format!("{chosen} microsteps of a full step")),
+    }
+}
+
+/// The axis' sections behind its limits: `velocity` and `acceleration` are those of the limits, in
+/// mm or deg and s.
+pub(super) fn drive(
+    axis: &DraftAxis,
+    stepper: &StepperDraft,
+    size: MachineSize,
+    [velocity, acceleration]: [f64; 2],
+    out: &mut String,
+    rows: &mut Vec<Row>,
+) {
+    let letter = axis.id.letter().to_ascii_lowercase();
+    let mut guess = |key: &str, value: String, note: &str| {
+        rows.push(Row {
+            key: format!("axis.{letter}.{key}"),
+            value,
+            fate: Fate::Guessed,
+            note: note.to_owned(),
+        });
+    };
+    let turn = turn(stepper, axis.rotary);
+    if let Some(what) = &turn.guess {
+        guess(
+            "transmission",
+            what.clone(),
+            "read the driver's switches and the screw: together they give the steps",
+        );
+    }
+    let peak = stepper.peak_current_a.as_ref();
+    let class = match (peak, size) {
+        (Some(peak), _) if peak.value >= LARGE_FROM_A => &LARGE,
+        (None, MachineSize::Router) => &LARGE,
+        _ => &SMALL,
+    };
+    // Both phases at the rated current are a vector sqrt 2 times as long.
+    let constant = class.holding_nm / (SQRT_2 * class.rated_a);
+    let peak_a = peak.map_or(SQRT_2 * class.rated_a, |peak| peak.value);
+    let pull_out = constant * peak_a;
+    let poles = 2.0 * (turn.full_steps / 4.0).round().max(1.0);
+    guess(
+        "motor",
+        class.name.to_owned(),
+        "the motor's plate tells torque and current",
+    );
+
+    // The load: what is typical, or less where the machine could not run as it is set.
+    let typical = match size {
+        MachineSize::Printer => &PRINTER,
+        MachineSize::Router => &ROUTER,
+    };
+    let angle = if axis.rotary { 360.0 } else { TAU };
+    // Motor radians for a mm or deg, and per m or rad.
+    let motor_per_unit = TAU / turn.units;
+    let metres_per_rad = turn.units / angle * if axis.rotary { 1.0 } else { 1e-3 };
+    let spare = (TORQUE_FOR_ACCELERATION * pull_out / (acceleration * motor_per_unit)
+        - class.inertia_kgm2)
+        .max(0.1 * class.inertia_kgm2);
+    let reflected = |load: f64| load * metres_per_rad * metres_per_rad;
+    let (usual_load, usual_friction) = if axis.rotary {
+        (TABLE_KGM2, TABLE_FRICTION_NM)
+    } else {
+        (typical.mass_kg, typical.friction_n)
+    };
+    let most = spare.min(LOAD_RATIO * class.inertia_kgm2);
+    let load = usual_load.min(most / reflected(1.0));
+    let friction = usual_friction.min(TORQUE_FOR_FRICTION * pull_out / metres_per_rad);
+    let is_belt = !axis.rotary && turn.units >= BELT_MM;
+    let stiffness = match (axis.rotary, is_belt) {
+        (true, _) => TABLE_NM_PER_RAD,
+        (false, true) => typical.belt_n_per_um,
+        (false, false) => typical.screw_n_per_um,
+    };
+    let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ
+        / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
+        / reflected(if axis.rotary { 1.0 } else { 1e6 });
+    let stiffness = stiffness.min(rigid);
+    let inertia = class.inertia_kgm2 + reflected(load);
+    let spring = 0.5 * poles * pull_out;
+    let own = (spring / inertia).sqrt();
+    let damping = (2.0 * DAMPING * own * inertia).min(MOST_DAMPING_PER_S * class.inertia_kgm2);
+
+    // The supply: what the class has, or what the told speed needs.
+    let speed = velocity * motor_per_unit;
+    let torque = inertia * acceleration * motor_per_unit + friction * metres_per_rad;
+    let current = torque / constant;
+    let needed = math::hypot(
+        constant * speed + class.phase_ohm * current,
+        0.5 * poles * speed * class.phase_h * current,
+    );
+    let supply = class.supply_v.max((SUPPLY_ROOM * needed).ceil());
+    let supply_note = if supply > class.supply_v {
+        "the told speed needs it here: drivers get there with less by weakening the field, which is not modelled"
+    } else {
+        "as the driver's supply says"
+    };
+    guess("drive", format!("supply of {supply} V"), supply_note);
+
+    let mut line = |text: String| {
+        let _ = writeln!(out, "{text}");
+    };
+    if axis.rotary {
+        line(format!(
+            "\n[axis.{letter}.transmission.rotary]\ngear = {} # {}\nunit = \"deg\"",
+            float(360.0 / turn.units),
+            turn.told
+        ));
+    } else {
+        line(format!(
+            "\n[axis.{letter}.transmission.linear]\nlead_mm = {} # {}",
+            float(turn.units),
+            turn.told
+        ));
+    }
+    line(format!(
+        "\n# stepper, open loop, {} full steps of a turn; guess: {}. A phase's values, times 4/3 for the frame of a drive\n[axis.{letter}.motor]\nresistance_ohm = {}\ninductance_h = {}\npoles = {poles}\ninertia_kgm2 = {:?}\ntorque_constant_nm_per_a = {}\nrated_torque_nm = {}\ncoulomb_nm = {}",
+        turn.full_steps,
+        class.name,
+        float(class.phase_ohm * 4.0 / 3.0),
+        float(class.phase_h * 4.0 / 3.0),
+        class.inertia_kgm2,
+        float(constant),
+        float(class.holding_nm),
+        float(0.02 * class.holding_nm),
+    ));
+    let gap = axis.gap.as_ref();
+    let gap_from = gap.map_or("guess", |gap| gap.from.as_str());
+    let gap_units = gap.map_or(GAP_UNITS, |gap| gap.value);
+    if axis.rotary {
+        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * load).sqrt();
+        line(format!(
+            "\n# guesses\n[axis.{letter}.load.table]\ninertia_kgm2 = {load:?}\ncoulomb_nm = {}\nstiffness_nm_per_rad = {}\ndamping_nm_s_per_rad = {}\ngap_mdeg = {} # {gap_from}",
+            float(friction),
+            float(stiffness),
+            float(own_damping),
+            float(gap_units * 1e3),
+        ));
+        guess(
+            "load.table",
+            format!("{load:.3} kg m2, {friction:.2} N m of friction"),
+            "of small worm tables",
+        );
+    } else {
+        // N s/m, written as N s/mm.
+        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * 1e6 * load).sqrt() * 1e-3;
+        line(format!(
+            "\n# guesses\n[axis.{letter}.load.slide]\nmass_kg = {}\ncoulomb_n = {}\nstiffness_n_per_um = {}\ndamping_n_s_per_mm = {}\ngap_um = {} # {gap_from}",
+            float(load),
+            float(friction),
+            float(stiffness),
+            float(own_damping),
+            float(gap_units * 1e3),
+        ));
+        let by = if is_belt { "belt or rack" } else { "screw" };
+        guess(
+            "load.slide",
+            format!("{load:.2} kg, {friction:.1} N of friction, {stiffness:.3} N/um"),
+            &format!("a {by}, by the travel of a turn; weigh it, and pull it by a spring balance"),
+        );
+    }
+    if gap.is_none() {
+        guess(
+            &format!(
+                "load.{}",
+                if axis.rotary {
+                    "table.gap_mdeg"
+                } else {
+                    "slide.gap_um"
+                }
+            ),
+            float(gap_units * 1e3),
+            "measure it with a dial gauge",
+        );
+    }
+    // The gains of the rotor on its spring: see the head of the file.
+    line(format!(
+        "\n# a rotor on the field of its phases: {:.3} N m at the most (pull-out), {:.0} Hz\n[axis.{letter}.drive]\ncurrent_gain_v_per_a = {}\ncurrent_time_s = {}\nvelocity_gain_a_s_per_rad = {:?}\nvelocity_time_s = {NO_INTEGRAL_S:?}\nposition_gain_per_s = {}\nvelocity_feedforward = 1.0\nacceleration_feedforward = 0.0\ncurrent_limit_a = {}{}\nbus_voltage_v = {}\nencoder_counts_per_rev = {} # microsteps of a turn",
+        pull_out,
+        own / TAU,
+        float(class.phase_h * 2.0 / 3.0 * TAU * CURRENT_HZ),
+        float(class.phase_h / class.phase_ohm),
+        damping / constant,
+        float(spring / damping),
+        float(peak_a),
+        peak.map_or_else(
+            || " # guess: rated".to_owned(),
+            |peak| format!(" # {}", peak.from)
+        ),
+        float(supply * 2.0 / 3.0_f64.sqrt()),
+        (turn.full_steps * turn.microsteps).round().max(16.0),
+    ));
+    line(format!(
+        "\n# a rotor on its field swings by nature\n[axis.{letter}.drive.least_margins]\nphase_deg = {LEAST_PHASE_DEG:?}\ngain_db = {LEAST_GAIN_DB:?}"
+    ));
+    // Beyond a full step the rotor falls into the next: lost. The command's way of one cycle of
+    // 1 ms is no error of the rotor.
+    let step = turn.units / turn.full_steps;
+    line(format!(
+        "\n# beyond a full step, {} {}, the motor loses steps\n[axis.{letter}.monitoring]\nfollowing_error_units = {}\nstandstill_error_units = {}\ncontinuous_current_a = 0.0\nat_limit_s = 0.0",
+        float(step),
+        if axis.rotary { "deg" } else { "mm" },
+        float(step + 1e-3 * velocity),
+        float(step),
+    ));
+}

@@ -1,0 +1,42 @@
+//! What has to hold for every description of a machine: shared by the fuzz targets and by the test
+//! that replays their corpus.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a check fails by panicking"
+)]
+
+use lostmotion_sim::Machine;
+use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, import};
+
+/// Longest included files together: a bound that inputs reach.
+const MOST_BYTES: usize = 100_000;
+
+/// Any text is refused with the name of the file, or gives a machine that is read as its file says,
+/// of which every value is accounted for. Whatever file a description names is the description
+/// itself.
+pub(crate) fn description(format: &str, bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return;
+    };
+    let (_, format) = ImportFormat::NAMES
+        .into_iter()
+        .find(|(name, _)| *name == format)
+        .unwrap();
+    let files = |_: &str| Ok(text.to_owned());
+    let options = ImportOptions {
+        files: &files,
+        max_bytes: MOST_BYTES,
+        ..ImportOptions::default()
+    };
+    match import("fuzzed", text, format, &options) {
+        Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+        Ok(found) => {
+            let machine = Machine::from_toml("fuzzed", &found.toml);
+            assert!(machine.is_ok(), "{machine:?}\n{}", found.toml);
+            assert!(found.rows.iter().any(|row| row.fate != Fate::Ignored));
+        }
+    }
+}

@@ -1,0 +1,571 @@
+//! Configurations of controls: limits in their units, steppers as steppers, what the control does
+//! about the gap, and what is a guess. Expected values are worked out by hand.
+use lostmotion_base::AxisId;
+use lostmotion_base::units::rad;
+use lostmotion_kinematics::KinematicsSpec;
+use lostmotion_sim::control::Control;
+use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, Imported, import};
+use lostmotion_sim::{Machine, Program, Simulation};
+
+fn read_with(
+    name: &str,
+    text: &str,
+    options: &ImportOptions<'_>,
+) -> Result<(Imported, Machine), String> {
+    let format = ImportFormat::recognise(name, text).unwrap_or_else(|| panic!("{name}: unknown"));
+    let imported = import(name, text, format, options).map_err(|error| error.to_string())?;
+    let machine = Machine::from_toml("imported.toml", &imported.toml)
+        .unwrap_or_else(|error| panic!("{error}\n{}", imported.toml));
+    Ok((imported, machine))
+}
+
+fn read(name: &str, text: &str) -> (Imported, Machine) {
+    read_with(name, text, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refused(name: &str, text: &str) -> String {
+    read_with(name, text, &ImportOptions::default())
+        .err()
+        .unwrap_or_else(|| panic!("{name} is read"))
+}
+
+fn fate(imported: &Imported, key: &str) -> Fate {
+    let mut rows = imported.rows.iter();
+    rows.rfind(|row| row.key == key)
+        .unwrap_or_else(|| panic!("{key}"))
+        .fate
+}
+
+fn guesses(imported: &Imported) -> Vec<&str> {
+    let rows = imported.rows.iter();
+    rows.filter(|row| row.fate == Fate::Guessed)
+        .map(|row| row.key.as_str())
+        .collect()
+}
+
+/// Both sides equal up to rounding.
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-6 * b.abs().max(1e-9)
+}
+
+const KLIPPER: &str = "[stepper_x]\nmicrosteps: 32\nrotation_distance: 40 # belt\nposition_max: 235\n[stepper_y]\nmicrosteps = 16\nrotation_distance = 80\ngear_ratio: 2:1\nposition_min: -5\nposition_max: 230\n[stepper_z]\nmicrosteps: 16\nrotation_distance: 8\nposition_max: 200\n[stepper_z1]\nmicrosteps: 8\n[tmc2209 stepper_x]\nrun_current: 0.8\n[printer]\nkinematics: cartesian\nmax_velocity: 250\nmax_accel: 2000\nmax_z_velocity: 12\nmax_z_accel: 100\n[gcode_macro A]\ngcode:\n  G28\n";
+
+#[test]
+fn klipper_and_what_a_stepper_is() {
+    let (told, machine) = read("printer.cfg", KLIPPER);
+    let axis = |id| machine.axis(id).unwrap();
+    let (x, y, z) = (axis(AxisId::X), axis(AxisId::Y), axis(AxisId::Z));
+    assert_eq!((x.limits.min, x.limits.max), (0.0, 235.0));
+    assert_eq!((y.limits.min, y.limits.velocity), (-5.0, 250.0));
+    assert_eq!((z.limits.velocity, z.limits.acceleration), (12.0, 100.0));
+    // The way of a turn: 40 mm, 80 mm behind 2 to 1, 8 mm; 200 full steps of a turn.
+    let turn = |id| std::f64::consts::TAU / axis(id).config.transmission.motor_rad_per_unit();
+    assert!(near(turn(AxisId::X), 40.0) && near(turn(AxisId::Y), 40.0));
+    assert!(near(turn(AxisId::Z), 8.0));
+    let counts = |id| axis(id).config.drive.encoder_counts_per_rev;
+    assert_eq!(
+        (counts(AxisId::X), counts(AxisId::Z)),
+        (Some(6400), Some(3200))
+    );
+    // 0.8 A effective are 1.131 A at the crest, of the 2.404 A at which a motor of that class holds
+    // 0.40 N m: 0.188 N m. On 50 pole pairs that is a spring of 9.41 N m/rad.
+    let drive = &x.config.drive;
+    let constant = x.config.motor.torque_constant_nm_per_a;
+    assert!((drive.current_limit_a - 1.1314).abs() < 1e-4);
+    assert!((constant * drive.current_limit_a - 0.1882).abs() < 1e-4);
+    let spring = drive.position_gain_per_s * drive.velocity_gain_a_s_per_rad * constant;
+    assert!((spring - 9.41).abs() < 0.01, "{spring}");
+    // Beyond a full step of 0.2 mm it loses steps.
+    let following = x.monitor_limits().following.unwrap();
+    assert!(near(following.at(0.0), 0.2));
+    // A carriage of a printer, not the 300 kg table of a mill.
+    let radius_m = 0.04 / std::f64::consts::TAU;
+    assert!(x.config.reflected_load().inertia_kgm2 / (radius_m * radius_m) < 2.0);
+    assert_eq!(fate(&told, "[tmc2209 stepper_x] run_current"), Fate::Used);
+    assert_eq!(fate(&told, "[stepper_z1] microsteps"), Fate::Ignored);
+    let guessed = guesses(&told);
+    for key in [
+        "axis.x.motor",
+        "axis.x.load.slide",
+        "axis.x.load.slide.gap_um",
+        "axis.x.limits.jerk_mm_s3",
+    ] {
+        assert!(guessed.contains(&key), "{key}: {guessed:?}");
+    }
+    assert_eq!(machine.simulate().control, Some(Control::Klipper));
+    for bad in [
+        (
+            KLIPPER.replace("max_accel: 2000", "max_accel: nan"),
+            "printer.cfg:22:1: [printer] max_accel: `nan` is not a number",
+        ),
+        (
+            KLIPPER.replace("gear_ratio: 2:1", "gear_ratio: 2"),
+            "`2` is no ratio",
+        ),
+        (
+            KLIPPER.replace("cartesian", "polar"),
+            "`polar` is not known here",
+        ),
+        (
+            KLIPPER.replace("rotation_distance: 8", "rotation_distance: 0"),
+            "[stepper_z] rotation_distance: is 0; it has to be above 0",
+        ),
+        (
+            "[printer]\nmax_velocity: 3\n[stepper_x\n".to_owned(),
+            "printer.cfg:3:1: [stepper_x: the section's name is not closed",
+        ),
+    ] {
+        let error = refused("printer.cfg", &bad.0);
+        assert!(error.contains(bad.1), "{error}");
+    }
+}
+
+/// A force against the rotor turns it by the force's torque over the spring, and one above the
+/// pull-out torque makes it lose steps: independent of how the gains came about.
+#[test]
+fn a_stepper_gives_as_its_field_does_and_loses_steps() {
+    let (told, _) = read("printer.cfg", KLIPPER);
+    let part = Program::from_str("p.ngc", "G21 G90\nG1 X10 F600\nG1 X20\nM2\n");
+    let run = |force: f64| {
+        let toml = told.toml.replacen(
+            "coulomb_n =",
+            &format!("constant_n = {force:?}\ncoulomb_n ="),
+            1,
+        );
+        let machine = Machine::from_toml("m.toml", &toml).unwrap();
+        Simulation::new(&part, &machine)
+            .run()
+            .unwrap()
+            .results
+            .remove(0)
+    };
+    assert!(run(5.0).stop.is_none());
+    // 0.188 N m on 40 mm a turn are 29.6 N.
+    let stop = run(45.0).stop.unwrap();
+    assert_eq!(stop.axis, AxisId::X);
+}
+
+#[test]
+fn corexy_limits_are_those_of_the_belts() {
+    let (_, machine) = read("printer.cfg", &KLIPPER.replace("cartesian", "corexy"));
+    assert!(matches!(machine.kinematics(), KinematicsSpec::CoreXy(_)));
+    let limits = |id| machine.axis(id).unwrap().limits;
+    // x + y from 0 - 5 to 235 + 230; x - y from 0 - 230 to 235 + 5.
+    let (a, b) = (limits(AxisId::X), limits(AxisId::Y));
+    assert_eq!((a.min, a.max, b.min, b.max), (-5.0, 465.0, -230.0, 240.0));
+    assert!(near(a.velocity, 250.0 * std::f64::consts::SQRT_2));
+}
+
+#[test]
+fn klipper_includes() {
+    let files = |name: &str| match name {
+        "motors.cfg" => Ok(KLIPPER.to_owned()),
+        "ring.cfg" => Ok("[include ring.cfg]\n".to_owned()),
+        _ => Err("no such file".to_owned()),
+    };
+    let options = ImportOptions {
+        files: &files,
+        ..ImportOptions::default()
+    };
+    let text = "[printer]\n[include motors.cfg]\n[include gone.cfg]\n#*# [stepper_x]\n#*# position_max = 220\n";
+    let (told, machine) = read_with("p.cfg", text, &options).unwrap();
+    // What SAVE_CONFIG wrote counts.
+    assert_eq!(machine.axis(AxisId::X).unwrap().limits.max, 220.0);
+    assert!(
+        told.rows
+            .iter()
+            .any(|row| row.value == "gone.cfg" && row.fate == Fate::Ignored)
+    );
+    let error = read_with("p.cfg", "[printer]\n[include ring.cfg]\n", &options).unwrap_err();
+    assert!(error.contains("more than 16 deep"), "{error}");
+}
+
+const FLUIDNC: &str = "name: Router # mine\nboard: X\naxes:\n  x:\n    steps_per_mm: 400\n    max_rate_mm_per_min: 6000\n    acceleration_mm_per_sec2: 200\n    max_travel_mm: 300\n    homing:\n      positive_direction: false\n      mpos_mm: 2\n    motor0:\n      tmc_2209:\n        microsteps: 16\n        run_amps: 1.2\n    motor1:\n      tmc_2209:\n        microsteps: 8\n  Z:\n    steps_per_mm: 800\n    max_rate_mm_per_min: 1200\n    max_rate_mm_per_min: 1500\n    max_travel_mm: 100\n    motor0:\n      standard_stepper:\n        step_pin: gpio.1\n  a:\n    steps_per_mm: 17.7778\n    max_rate_mm_per_min: 3600\n";
+
+#[test]
+fn fluidnc() {
+    let (told, machine) = read("config.yaml", FLUIDNC);
+    assert_eq!(machine.name(), "Router");
+    let axis = |id| machine.axis(id).unwrap();
+    let (x, z, a) = (axis(AxisId::X), axis(AxisId::Z), axis(AxisId::A));
+    assert_eq!(
+        (x.limits.min, x.limits.max, x.limits.velocity),
+        (2.0, 302.0, 100.0)
+    );
+    assert_eq!(
+        (z.limits.min, z.limits.max, z.limits.velocity),
+        (-100.0, 0.0, 25.0)
+    );
+    assert!(near(a.limits.velocity, rad(60.0)));
+    // 200 16/400 = 8 mm; 800 steps of a mm are 4 mm at 16 microsteps, which is a guess.
+    let turn = |id| std::f64::consts::TAU / axis(id).config.transmission.motor_rad_per_unit();
+    assert!(near(turn(AxisId::X), 8.0) && near(turn(AxisId::Z), 4.0));
+    let guessed = guesses(&told);
+    assert!(!guessed.contains(&"axis.x.transmission") && guessed.contains(&"axis.z.transmission"));
+    assert_eq!(
+        fate(&told, "axes.x.motor1.tmc_2209.microsteps"),
+        Fate::Ignored
+    );
+    let bad = refused(
+        "c.yaml",
+        &FLUIDNC.replace("max_travel_mm: 300", "max_travel_mm: -3"),
+    );
+    assert!(
+        bad.contains("c.yaml:8:1: axes.x.max_travel_mm: is -3; it has to be above 0"),
+        "{bad}"
+    );
+    let bad = refused(
+        "c.yaml",
+        &format!("kinematics:\n  parallel_delta:\n{FLUIDNC}"),
+    );
+    assert!(
+        bad.contains("c.yaml:2:1: kinematics: `parallel_delta` is not known here"),
+        "{bad}"
+    );
+}
+
+const DUET: &str = "; config.g\nM550 P\"mill; one\"\nM584 X0.0 Y0.1:0.2 Z0.3\nM350 X16 Y16 Z8 I1\nM906 X2400 Y2400:2400 Z1000 I30\nM92 X80 Y80 Z400 E420\nM208 X0:600 Y0:500\nM208 S1 Z-2\nM208 S0 Z120\nM203 X6000 Y6000 Z600 I0.1\nM201 X400 Y400 Z100\nM669 K0\nM425 X0.05 Y0.08 Z0 S12\nG28\n";
+
+#[test]
+fn reprapfirmware() {
+    let (told, machine) = read("config.g", DUET);
+    assert_eq!(machine.name(), "mill; one");
+    let axis = |id| machine.axis(id).unwrap();
+    let (x, z) = (axis(AxisId::X), axis(AxisId::Z));
+    // mm/min.
+    assert_eq!((x.limits.velocity, x.limits.acceleration), (100.0, 400.0));
+    assert_eq!((z.limits.min, z.limits.max), (-2.0, 120.0));
+    // mA at the crest.
+    assert!(near(x.config.drive.current_limit_a, 2.4));
+    assert!(near(x.config.gap_in_unit(), 0.05));
+    assert_eq!(x.config.compensation.method.name(), "fixed-by-travel");
+    assert!(near(x.config.compensation.fixed_by_travel.multiple, 12.0));
+    // A gap of 0 is none, and nothing is done about it.
+    assert_eq!(z.config.gap_in_unit(), 0.0);
+    assert!(z.config.compensation.method.is_baseline());
+    assert_eq!(fate(&told, "M92 E"), Fate::Ignored);
+    let bad = refused("config.g", &DUET.replace("X6000 ", "X{var.v} "));
+    assert!(
+        bad.contains("config.g:10:1: M203 X: `{var.v}` is an expression"),
+        "{bad}"
+    );
+    let bad = refused("config.g", &DUET.replace("M669 K0", "M669 K4"));
+    assert!(bad.contains("kinematics 4 are not known here"), "{bad}");
+}
+
+#[test]
+fn marlin_answers_and_headers_say_the_same() {
+    let dump = "Recv: echo:; Steps per unit:\nRecv: echo:  M92 X80.00 Y80.00 Z400.00 E93.00\nRecv: echo: M203 X300.00 Y300.00 Z5.00 E25.00\nRecv: echo:  M201 X500.00 Y500.00 Z100.00 E5000.00\nRecv: echo:  M205 J0.01\nRecv: echo:  M425 F0.50 S3.00 X0.20 Y0.36 Z0.02\nRecv: ok\n";
+    let header = "#define X_BED_SIZE 220\n#define DEFAULT_AXIS_STEPS_PER_UNIT   { 80, 80, 400, 93 } // mm\n#define DEFAULT_MAX_FEEDRATE { 300, 300, 5, 25 }\n#define DEFAULT_MAX_ACCELERATION { 500, 500, 100, 5000 }\n//#define COREXY\n#define X_MIN_POS 0\n#define X_MAX_POS X_BED_SIZE\n#define BACKLASH_DISTANCE_MM { 0.20, 0.36, 0.02 }\n#define BACKLASH_CORRECTION 0.5\n#define BACKLASH_SMOOTHING_MM 3\n#define X_CURRENT 800\n";
+    let (_, a) = read("dump.gcode", dump);
+    let (_, b) = read("Configuration.h", header);
+    for machine in [&a, &b] {
+        let axis = |id| machine.axis(id).unwrap();
+        let (x, y, z) = (axis(AxisId::X), axis(AxisId::Y), axis(AxisId::Z));
+        // mm/s here.
+        assert_eq!((x.limits.velocity, z.limits.velocity), (300.0, 5.0));
+        assert_eq!(y.limits.acceleration, 500.0);
+        assert!(near(y.config.gap_in_unit(), 0.36));
+        let own = &y.config.compensation;
+        assert_eq!(own.method.name(), "fixed-by-travel");
+        assert!(
+            near(own.fixed_by_travel.correction, 0.5)
+                && near(own.fixed_by_travel.smoothing_mm, 3.0)
+        );
+    }
+    assert_eq!(b.axis(AxisId::X).unwrap().limits.max, 220.0);
+    assert!((b.axis(AxisId::X).unwrap().config.drive.current_limit_a - 1.1314).abs() < 1e-4);
+    let bad = refused("dump.gcode", &dump.replace("Z5.00", "Z-5"));
+    assert!(
+        bad.contains("dump.gcode:3:1: M203 Z: is -5; it has to be above 0"),
+        "{bad}"
+    );
+    let bad = refused(
+        "Configuration.h",
+        &header.replace("X_MAX_POS X_BED_SIZE", "X_MAX_POS X_BED"),
+    );
+    assert!(
+        bad.contains("Configuration.h:7:1: X_MAX_POS: `X_BED` is not a number"),
+        "{bad}"
+    );
+}
+
+#[test]
+fn grbl_is_a_stepper_unless_a_machine_is_named() {
+    let text = "$100=400\n$101=160\n$110=3000\n$111=3000\n$120=200\n$121=200\n$130=300\n$131=300\n";
+    let (told, machine) = read("dump.txt", text);
+    let turn = |id| {
+        std::f64::consts::TAU
+            / machine
+                .axis(id)
+                .unwrap()
+                .config
+                .transmission
+                .motor_rad_per_unit()
+    };
+    // The first usual pair: 8 mm at 16 microsteps; 160 steps of a mm are 20 mm.
+    assert!(near(turn(AxisId::X), 8.0) && near(turn(AxisId::Y), 20.0));
+    assert_eq!(fate(&told, "$100"), Fate::Used);
+    let named = ImportOptions::new("vmc3-worn");
+    let (told, machine) = read_with("dump.txt", text, &named).unwrap();
+    assert!(near(
+        machine.axis(AxisId::X).unwrap().config.gap_in_unit(),
+        0.04
+    ));
+    assert_eq!(fate(&told, "$100"), Fate::Ignored);
+    assert!(guesses(&told).is_empty());
+}
+
+const STEPGEN: &str = "[EMC]\nMACHINE = Router\n[KINS]\nKINEMATICS = trivkins coordinates=XZ\n[TRAJ]\nLINEAR_UNITS = inch\n[EMCMOT]\nSERVO_PERIOD = 500000\n[RS274NGC]\nPARAMETER_FILE = linuxcnc.var\nRS274NGC_STARTUP_CODE = G21 G40 G64 P0.02\n[EMCIO]\nTOOL_TABLE = tool.tbl\n[JOINT_0]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2\nMAX_ACCELERATION = 20\nSTEPGEN_MAXACCEL = 22\nSTEP_SCALE = -5080\nBACKLASH = 0.002\n[JOINT_1]\nMIN_LIMIT = -5\nMAX_LIMIT = 5\nMAX_VELOCITY = 1\nMAX_ACCELERATION = 10\nENCODER_SCALE = 20000\nCOMP_FILE = screw.comp\nCOMP_FILE_TYPE = 1\n";
+
+#[test]
+fn linuxcnc_steppers_and_its_files() {
+    let files = |name: &str| match name {
+        "linuxcnc.var" => Ok("5161\t0.5\n5220 1\n5221 1.0\n5223 -2\n5241 99\n5242 3\n".to_owned()),
+        "tool.tbl" => Ok("T1 P1 D0.25 Z+1.5 ;mill\nT2 P2 Z-0.1\n; none\n".to_owned()),
+        "screw.comp" => {
+            Ok("-1 0.000 0.001\n0 0.001 0.003\n1 0.002 0.0045\nend\n2 0 9\n".to_owned())
+        }
+        _ => Err("no such file".to_owned()),
+    };
+    let options = ImportOptions {
+        files: &files,
+        ..ImportOptions::default()
+    };
+    let (told, machine) = read_with("mill.ini", STEPGEN, &options).unwrap();
+    let axis = |id| machine.axis(id).unwrap();
+    let (x, z) = (axis(AxisId::X), axis(AxisId::Z));
+    // 5080 steps of an inch are 200 of a mm: 16 mm at 16 microsteps.
+    assert!(near(
+        std::f64::consts::TAU / x.config.transmission.motor_rad_per_unit(),
+        16.0
+    ));
+    assert!(near(machine.cycles().command_ms, 0.5) && near(machine.cycles().servo_us, 125.0));
+    assert!(near(machine.planner().default_tolerance_mm, 0.02));
+    // A length below 0 is none.
+    assert_eq!(machine.tools().len(), 1);
+    assert_eq!(fate(&told, "[EMCIO] TOOL_TABLE T2"), Fate::Ignored);
+    assert!(near(machine.tools()[0].length_mm, 38.1) && near(machine.tools()[0].diameter_mm, 6.35));
+    let [g54, g55, ..] = machine.work_offsets();
+    assert!(near(g54[AxisId::X], 25.4) && near(g54[AxisId::Z], -50.8));
+    // 99 inch lie outside the travel; Y has no axis.
+    assert_eq!(g55[AxisId::X], 0.0);
+    assert!(near(machine.home_g28()[AxisId::X], 12.7));
+    // The control does it already, within its limits.
+    assert!(near(x.config.gap_in_unit(), 0.0508));
+    let own = &x.config.compensation;
+    assert_eq!(own.method.name(), "fixed-linuxcnc");
+    assert!(
+        own.fixed_linuxcnc
+            .velocity_units_s
+            .is_some_and(|v| near(v, 50.8))
+    );
+    // The middle of 0.001, 0.002, 0.0025 inch, up to the first line that is no triplet.
+    assert!(near(z.config.gap_in_unit(), 0.0508));
+    // Not a stepper: the mill's servo.
+    assert!(near(
+        std::f64::consts::TAU / z.config.transmission.motor_rad_per_unit(),
+        16.0
+    ));
+    assert!(z.config.drive.velocity_time_s < 1.0 && x.config.drive.velocity_time_s > 100.0);
+    let note = |key: &str| &told.rows.iter().find(|row| row.key == key).unwrap().note;
+    assert!(note("[JOINT_0] STEPGEN_MAXACCEL").starts_with("1.10 times MAX_ACCELERATION"));
+    for (file, text, says) in [
+        (
+            "tool.tbl",
+            "T1 Z1..2\n",
+            "`1..2` is not a number (line 1 of tool.tbl)",
+        ),
+        (
+            "linuxcnc.var",
+            "5221 far\n",
+            "`far` is not a number (line 1 of linuxcnc.var)",
+        ),
+        (
+            "screw.comp",
+            "1 0 0\n0 0 0\n",
+            "positions have to rise (line 2 of screw.comp)",
+        ),
+        ("screw.comp", "\u{1}\u{2}\n", "the first line is no triplet"),
+    ] {
+        let bad = |name: &str| {
+            if name == file {
+                Ok(text.to_owned())
+            } else {
+                files(name)
+            }
+        };
+        let options = ImportOptions {
+            files: &bad,
+            ..ImportOptions::default()
+        };
+        let error = read_with("mill.ini", STEPGEN, &options).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+const SINUMERIK: &str = "CHANDATA(1)\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[1]=\"C1\"\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[2]=\"SP\"\nN30300 $MA_IS_ROT_AX[AX2]=1\nN32000 $MA_MAX_AX_VELO[AX1]=30000 '2f\nN32300 $MA_MAX_AX_ACCEL[0,AX1]=4\nN32300 $MA_MAX_AX_ACCEL[1,AX1]=1\nN32431 $MA_MAX_AX_JERK[0,AX1]=50\nN32450 $MA_BACKLASH[0,AX1]=0.012\nN36100 $MA_POS_LIMIT_MINUS[0,AX1]=-700\nN36110 $MA_POS_LIMIT_PLUS[0,AX1]=10\nN32000 $MA_MAX_AX_VELO[AX2]=50\nN32300 $MA_MAX_AX_ACCEL[0,AX2]=2\nN36110 $MA_POS_LIMIT_PLUS[0,AX2]=100000000\nN35000 $MA_SPIND_ASSIGN_TO_MACHAX[AX3]=1\nN32000 $MA_MAX_AX_VELO[AX3]=9000\n";
+
+#[test]
+fn sinumerik_machine_data() {
+    let (told, machine) = read("nc.arc", SINUMERIK);
+    let (x, c) = (
+        machine.axis(AxisId::X).unwrap(),
+        machine.axis(AxisId::C).unwrap(),
+    );
+    assert_eq!(machine.axes().len(), 2);
+    // mm/min, m/s2, m/s3; rev/min, rev/s2.
+    assert_eq!(
+        (x.limits.velocity, x.limits.acceleration, x.limits.jerk),
+        (500.0, 4000.0, 50000.0)
+    );
+    assert_eq!((x.limits.min, x.limits.max), (-700.0, 10.0));
+    assert!(near(c.limits.velocity, rad(300.0)) && near(c.limits.acceleration, rad(720.0)));
+    assert!(near(x.config.gap_in_unit(), 0.012));
+    assert_eq!(x.config.compensation.method.name(), "actual-value");
+    assert_eq!(machine.simulate().control, Some(Control::Siemens));
+    assert_eq!(fate(&told, "$MA_POS_LIMIT_PLUS[0,AX2]"), Fate::Ignored);
+    let bad = refused("nc.arc", &SINUMERIK.replace("=0.012", "=-0.012"));
+    assert!(
+        bad.contains("nc.arc:10:1: $MA_BACKLASH[0,AX1]: is negative"),
+        "{bad}"
+    );
+    let bad = refused(
+        "nc.arc",
+        &format!("$MN_SCALING_SYSTEM_IS_METRIC=0\n{SINUMERIK}"),
+    );
+    assert!(bad.contains("in inches"), "{bad}");
+}
+
+const FANUC: &str = "%\nN01001P00000000\nN01006Q1A1P00000000A2P00000001\nN01020Q1A1P88A2P65\nN01320Q1A1P10000A2P99999999\nN01321Q1A1P-762000A2P-99999999\nN01420Q1A1P30000A2P7200\nN01620Q1A1P125A2P100\nN01800P00010000\nN01828Q1A1P8000A2P8000\nN01829Q1A1P500A2P500\nN01851Q1A1P12A2P4\nN01852Q1A1P20A2P4\nN01851Q2A1P99\nN02020Q1A1P300\n%\n";
+
+#[test]
+fn fanuc_parameters() {
+    let (told, machine) = read("CNC-PARA.TXT", FANUC);
+    let (x, a) = (
+        machine.axis(AxisId::X).unwrap(),
+        machine.axis(AxisId::A).unwrap(),
+    );
+    assert_eq!(
+        (x.limits.min, x.limits.max, x.limits.velocity),
+        (-762.0, 10.0, 500.0)
+    );
+    // 500 mm/s in 125 ms.
+    assert_eq!(x.limits.acceleration, 4000.0);
+    assert!(near(a.limits.velocity, rad(120.0)));
+    // 12 detection units of 1 um; the second path does not count.
+    assert!(near(x.config.gap_in_unit(), 0.012) && near(a.config.gap_in_unit(), 0.004));
+    let own = &x.config.compensation;
+    assert_eq!(own.method.name(), "fixed-fanuc");
+    let transmission = &x.config.transmission;
+    let um = |gap: Option<lostmotion_drive::config::Gap>| {
+        gap.unwrap().motor_rad(transmission) / transmission.motor_rad_per_unit() * 1e3
+    };
+    assert!(near(um(own.fixed_fanuc.cutting), 12.0) && near(um(own.fixed_fanuc.rapid), 20.0));
+    let following = x.monitor_limits().following.unwrap();
+    assert!(near(following.at(500.0), 8.0) && near(following.at(0.0), 0.5));
+    assert!(guesses(&told).contains(&"N1851 A1"));
+    let bad = refused("p.txt", &FANUC.replace("N01851Q1A1P12", "N01851Q1A1P1e"));
+    assert!(
+        bad.contains("p.txt:12:1: N01851Q1A1P1eA2P4: is no parameter"),
+        "{bad}"
+    );
+    let bad = refused(
+        "p.txt",
+        &FANUC.replace("N01001P00000000", "N01001P00000001"),
+    );
+    assert!(bad.contains("in inches"), "{bad}");
+}
+
+#[test]
+fn mtconnect_devices() {
+    let text = "<?xml version=\"1.0\"?>\n<m:MTConnectDevices xmlns:m=\"urn:mtconnect.org:MTConnectDevices:1.8\" xmlns=\"urn:mtconnect.org:MTConnectDevices:1.8\"><Devices><Device name=\"Mill\"><Components><Axes><Components>\n<Linear name=\"X1\" id=\"x\"><Specifications><Specification type=\"POSITION\" units=\"MILLIMETER\"><Maximum>400</Maximum><Minimum>-20</Minimum></Specification></Specifications></Linear>\n<Linear name=\"Table\" nativeName=\"Y\" id=\"y\"><DataItems><DataItem type=\"AXIS_FEEDRATE\" units=\"MILLIMETER/SECOND\"><Constraints><Maximum>250</Maximum></Constraints></DataItem></DataItems></Linear>\n<Rotary name=\"C\" id=\"c\"><DataItems><DataItem type=\"ROTARY_MODE\"><Constraints><Value>SPINDLE</Value></Constraints></DataItem></DataItems></Rotary>\n</Components></Axes></Components></Device></Devices></m:MTConnectDevices>\n";
+    let (told, machine) = read("devices.xml", text);
+    let (x, y) = (
+        machine.axis(AxisId::X).unwrap(),
+        machine.axis(AxisId::Y).unwrap(),
+    );
+    assert_eq!(
+        (x.limits.min, x.limits.max, y.limits.velocity),
+        (-20.0, 400.0, 250.0)
+    );
+    assert_eq!(machine.axes().len(), 2);
+    assert_eq!(fate(&told, "Rotary C"), Fate::Ignored);
+    let bad = refused(
+        "devices.xml",
+        &text.replace("<Maximum>400<", "<Maximum>NaN<"),
+    );
+    assert!(
+        bad.contains("devices.xml:3:1: X Specification POSITION Maximum: `NaN` is not a number"),
+        "{bad}"
+    );
+    let bad = refused(
+        "devices.xml",
+        &text.replace("MILLIMETER\"><Max", "FURLONG\"><Max"),
+    );
+    assert!(bad.contains("unit `FURLONG` is not known here"), "{bad}");
+}
+
+/// A bound is settable.
+#[test]
+fn a_description_that_is_too_long_is_refused() {
+    let short = ImportOptions {
+        max_bytes: 100,
+        ..ImportOptions::default()
+    };
+    let error = read_with("printer.cfg", KLIPPER, &short).unwrap_err();
+    assert!(
+        error.contains("more than 100 are no description of a machine"),
+        "{error}"
+    );
+}
+
+/// Files as long as they may be, of lines that look further back each: no time that grows with the
+/// square of the length, which would be hours.
+#[test]
+fn long_descriptions_end() {
+    let long = |line: &dyn Fn(usize) -> String| -> String {
+        let mut text = String::new();
+        let mut index = 0;
+        while text.len() < 2_000_000 {
+            text.push_str(&line(index));
+            index += 1;
+        }
+        text
+    };
+    let texts = [
+        ("klipper", long(&|n| format!("[a{n}]\nb: 1\n"))),
+        (
+            "klipper",
+            format!("[printer]\n{}", long(&|_| "max_velocity: 9\n".to_owned())),
+        ),
+        (
+            "fluidnc",
+            format!("axes:\n x:\n{}", long(&|n| format!("  k{n}: 1\n"))),
+        ),
+        ("duet", long(&|n| format!("M92 X{n}1\n"))),
+        ("marlin", long(&|n| format!("#define X_MAX_POS A{n}\n"))),
+        ("grbl", long(&|n| format!("${}=1\n", n + 1000))),
+        (
+            "linuxcnc",
+            format!("[JOINT_0]\n{}", long(&|_| "MAX_VELOCITY=9\n".to_owned())),
+        ),
+        (
+            "linuxcnc",
+            format!("[JOINT_0]\n{}", long(&|_| "SCALE=9\n".to_owned())),
+        ),
+        (
+            "sinumerik",
+            long(&|n| format!("$MA_MAX_AX_VELO[AX{n}]=1\n")),
+        ),
+        ("fanuc", long(&|n| format!("N01420Q1A1P{n}\n"))),
+        ("mtconnect", long(&|_| "<Linear name=\"X\">".to_owned())),
+    ];
+    for (name, text) in texts {
+        let (_, format) = ImportFormat::NAMES
+            .into_iter()
+            .find(|(own, _)| *own == name)
+            .unwrap();
+        let _ = import("long", &text, format, &ImportOptions::default());
+    }
+}
