@@ -82,6 +82,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("lostmotion-cli", &["", "study"]),
     ("lostmotion-python", &[""]),
+    ("lostmotion-c", &[""]),
 ];
 
 /// Crates from outside that a room must never see, whatever the way.

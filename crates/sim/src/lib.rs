@@ -19,6 +19,7 @@ pub mod options;
 pub mod program;
 pub mod recommend;
 pub mod recorded;
+pub mod request;
 pub mod results;
 pub mod rewrite;
 mod session;
