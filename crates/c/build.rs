@@ -11,6 +11,11 @@ fn main() {
         ("macos", _) => {
             println!("cargo:rustc-cdylib-link-arg=-Wl,-install_name,@rpath/liblostmotion.1.dylib");
         }
+        // Callbacks of JavaScript are put into the table of functions.
+        ("unknown", _) => {
+            println!("cargo:rustc-cdylib-link-arg=--export-table");
+            println!("cargo:rustc-cdylib-link-arg=--growable-table");
+        }
         _ => {}
     }
 }

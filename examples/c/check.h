@@ -10,10 +10,10 @@
 #define CHECK(call)                                                                                \
     do {                                                                                           \
         if ((call) != LM_STATUS_OK) {                                                              \
-            LmError error;                                                                         \
-            (void)lm_error(&error);                                                                \
-            fprintf(stderr, "%s:%d: %s [%s]\n%s\n", __FILE__, __LINE__, error.message, error.code, \
-                    error.hint);                                                                   \
+            LmError why_;                                                                          \
+            (void)lm_error(&why_);                                                                \
+            fprintf(stderr, "%s:%d: %s [%s]\n%s\n", __FILE__, __LINE__, why_.message, why_.code,   \
+                    why_.hint);                                                                    \
             exit(1);                                                                               \
         }                                                                                          \
     } while (0)

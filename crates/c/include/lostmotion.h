@@ -504,6 +504,10 @@ typedef struct LmFinding {
    */
   const char *excerpt;
   /**
+   * The key of a machine file that it is about; empty for a program.
+   */
+  const char *key;
+  /**
    * Whether it refuses the program or the machine.
    */
   bool is_error;
@@ -1505,6 +1509,19 @@ enum LmStatus lm_simulation_new(const struct LmProgram *program,
                                 struct LmSimulation **simulation);
 
 /**
+ * Name of a registered compensation method, and a line about it for people, by its number from 0;
+ * `LM_STATUS_SIZE` behind the last one. The texts are constant.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `name` and `summary` are null or have room.
+ */
+enum LmStatus lm_method(size_t index,
+                        const char **name,
+                        const char **summary);
+
+/**
  * Adds a registered compensation method for all axes; several are compared on one plan.
  *
  * Threads: one at a time. Real time: no.
@@ -1528,8 +1545,8 @@ enum LmStatus lm_simulation_compensator(struct LmSimulation *simulation,
 
 /**
  * Sets a setting that is a number: `tolerance_um`, `cutting_force_n`, `bow_limit_um`, `sensitivity`
- * (percent), `max_duration_s`, `keep_blocks`, `keep_reversals`, `spline_tolerance_mm`, `threads` (0:
- * one per core).
+ * (percent), `max_duration_s`, `keep_blocks`, `keep_reversals`, `spline_tolerance_mm`, `threads` (1,
+ * the default: the calling thread alone; 0: one per core).
  *
  * Threads: one at a time. Real time: no.
  *

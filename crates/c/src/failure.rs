@@ -5,6 +5,7 @@ use lostmotion::report::findings::Finding;
 use lostmotion::report::refusal::{Refusal, RefusalKind};
 use lostmotion::sim::machine::MachineError;
 use lostmotion::sim::request::RequestError;
+use serde_json::Value;
 use std::cell::{Cell, RefCell};
 use std::ffi::{CString, c_char};
 
@@ -307,6 +308,7 @@ pub(crate) struct Told {
     hint: CString,
     file: CString,
     excerpt: CString,
+    key: CString,
     is_error: bool,
     line: u32,
     column: u32,
@@ -327,6 +329,8 @@ pub struct LmFinding {
     pub file: *const c_char,
     /// The line that it is about; may be empty.
     pub excerpt: *const c_char,
+    /// The key of a machine file that it is about; empty for a program.
+    pub key: *const c_char,
     /// Whether it refuses the program or the machine.
     pub is_error: bool,
     /// Line, from 1; 0 for the file as a whole.
@@ -345,6 +349,13 @@ impl Told {
             hint: c_text(finding.hint.as_deref().unwrap_or_default()),
             file: c_text(&finding.file),
             excerpt: c_text(&finding.excerpt),
+            key: c_text(
+                finding
+                    .values
+                    .get("key")
+                    .and_then(Value::as_str)
+                    .unwrap_or_default(),
+            ),
             is_error: finding.severity == lostmotion::gcode::Severity::Error,
             line: finding.span.line,
             column: finding.span.column,
@@ -359,6 +370,7 @@ impl Told {
             hint: self.hint.as_ptr(),
             file: self.file.as_ptr(),
             excerpt: self.excerpt.as_ptr(),
+            key: self.key.as_ptr(),
             is_error: self.is_error,
             line: self.line,
             column: self.column,

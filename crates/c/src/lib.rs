@@ -19,7 +19,11 @@ mod plan;
 pub mod program;
 pub mod run;
 pub mod simulation;
+#[cfg(test)]
+mod tests;
 pub mod text;
+#[cfg(feature = "wasm")]
+pub mod wasm;
 
 use std::ffi::{CStr, c_char};
 

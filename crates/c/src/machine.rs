@@ -103,7 +103,6 @@ pub unsafe extern "C" fn lm_machine_from_json(
 ///
 /// # Safety
 /// `path` is null or ends with a zero; `machine` is null or has room.
-#[cfg(feature = "files")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lm_machine_from_file(
     path: *const c_char,

@@ -61,7 +61,6 @@ pub unsafe extern "C" fn lm_program_from_text(
 ///
 /// # Safety
 /// `path` is null or ends with a zero; `program` is null or has room.
-#[cfg(feature = "files")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lm_program_from_file(
     path: *const c_char,

@@ -2,12 +2,14 @@
 
 use crate::border::{Texts, call, out, text};
 use crate::compensator::{LmCompensator, Own};
-use crate::failure::{Failure, LmStatus, Reason};
+use crate::error::beyond;
+use crate::failure::{Failure, LmStatus, Reason, c_text};
 use crate::handle::{change, free, insert, look, opaque};
 use crate::machine::LmMachine;
 use crate::program::{LmProgram, Part};
 use crate::run::{Done, LmErrorStats, LmRun};
 use lostmotion::drive::Learning;
+use lostmotion::methods::MethodId;
 use lostmotion::report::page::PageRecorder;
 use lostmotion::report::refusal::{Refusal, RefusalKind};
 use lostmotion::sim::MotorPoint;
@@ -16,8 +18,9 @@ use lostmotion::sim::results::{BlockResult, ReversalResult};
 use lostmotion::{ContourPoint, Observer, SimulateOptions};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
-use std::ffi::{c_char, c_void};
+use std::ffi::{CString, c_char, c_void};
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A program on a machine, and how the one is to run on the other.
@@ -582,7 +585,8 @@ pub unsafe extern "C" fn lm_simulation_new(
             path,
             methods: Vec::new(),
             reading: Map::new(),
-            running: Map::new(),
+            // An embedding program decides how many threads there are.
+            running: Map::from_iter([("threads".to_owned(), Value::from(1))]),
             keeps_page: false,
             on_progress: None,
             on_contour: None,
@@ -593,6 +597,37 @@ pub unsafe extern "C" fn lm_simulation_new(
             running_now: AtomicBool::new(false),
             cancelled: AtomicBool::new(false),
         })?);
+        Ok(())
+    })
+}
+
+/// Name of a registered compensation method, and a line about it for people, by its number from 0;
+/// `LM_STATUS_SIZE` behind the last one. The texts are constant.
+///
+/// Threads: any. Real time: no.
+///
+/// # Safety
+/// `name` and `summary` are null or have room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lm_method(
+    index: usize,
+    name: *mut *const c_char,
+    summary: *mut *const c_char,
+) -> LmStatus {
+    static METHODS: OnceLock<Vec<[CString; 2]>> = OnceLock::new();
+    call(|| {
+        // SAFETY: the caller's promise.
+        let name = unsafe { out(name, "name") }?;
+        // SAFETY: the caller's promise.
+        let summary = unsafe { out(summary, "summary") }?;
+        let methods = METHODS.get_or_init(|| {
+            let texts = |method: MethodId| [method.name(), method.info().summary].map(c_text);
+            MethodId::all().map(texts).collect()
+        });
+        let found = methods.get(index);
+        let [known, line] = found.ok_or_else(|| beyond("index", index, methods.len()))?;
+        name.write(known.as_ptr());
+        summary.write(line.as_ptr());
         Ok(())
     })
 }
@@ -681,8 +716,8 @@ fn set(simulation: *mut LmSimulation, key: &str, value: Value) -> Result<(), Fai
 }
 
 /// Sets a setting that is a number: `tolerance_um`, `cutting_force_n`, `bow_limit_um`, `sensitivity`
-/// (percent), `max_duration_s`, `keep_blocks`, `keep_reversals`, `spline_tolerance_mm`, `threads` (0:
-/// one per core).
+/// (percent), `max_duration_s`, `keep_blocks`, `keep_reversals`, `spline_tolerance_mm`, `threads` (1,
+/// the default: the calling thread alone; 0: one per core).
 ///
 /// Threads: one at a time. Real time: no.
 ///

@@ -261,13 +261,12 @@ impl<'de> Deserialize<'de> for MethodId {
     }
 }
 
-/// The description of an axis that is stepped by itself: its shaft is estimated, and with
-/// `differences` positions alone are enough, since the interpolator differentiates for itself.
+/// The description of an axis that is stepped by itself: with `differences` positions alone are
+/// enough, since the interpolator differentiates for itself.
 pub fn alone(mut config: AxisConfig, differences: bool) -> AxisConfig {
     if differences && config.interpolator.needs_velocity() {
         config.interpolator = Interpolator::QuinticDifferences;
     }
-    config.compensation.estimate_shaft = true;
     config
 }
 

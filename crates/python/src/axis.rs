@@ -111,7 +111,8 @@ impl Axis {
         start: f64,
         differences: bool,
     ) -> PyResult<Axis> {
-        let config = alone(described(axis, drive)?, differences);
+        let mut config = alone(described(axis, drive)?, differences);
+        config.compensation.estimate_shaft = true;
         let watch = Watch::alone();
         let (runner, name) = match (method, compensator) {
             (Some(_), Some(_)) => {
