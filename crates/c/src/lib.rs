@@ -15,8 +15,8 @@ pub mod failure;
 pub mod fit;
 mod handle;
 pub mod machine;
-mod plan;
 pub mod program;
+pub mod rows;
 pub mod run;
 pub mod simulation;
 #[cfg(test)]

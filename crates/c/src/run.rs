@@ -4,14 +4,13 @@ use crate::border::{Texts, call, out, text};
 use crate::error::beyond;
 use crate::failure::{Failure, LmStatus, c_text};
 use crate::handle::{free, look, opaque};
-use crate::plan;
-use crate::simulation::{LmBlock, LmPlan, Planned, block};
+use crate::rows::{LmBlock, LmErrorStats, LmPlan, block, plan_told, stats};
 use crate::text::{LmText, text_of};
 use lostmotion::report::page::{Gathered, page};
 use lostmotion::report::refusal::Refusal;
 use lostmotion::report::{json, text as tables};
 use lostmotion::sim::machine::Memory;
-use lostmotion::sim::results::{self, ErrorStats, MethodResult};
+use lostmotion::sim::results::{self, MethodResult};
 use serde_json::Value;
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
@@ -21,26 +20,6 @@ use std::sync::OnceLock;
 pub struct LmRun(());
 
 opaque!(LmRun(7, "run") is Done);
-
-/// Distribution of an error's magnitude, um.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct LmErrorStats {
-    /// Number of samples.
-    pub samples: u64,
-    /// Largest magnitude.
-    pub max: f64,
-    /// Root mean square.
-    pub rms: f64,
-    /// Median.
-    pub p50: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// 99th percentile.
-    pub p99: f64,
-    /// 99.9th percentile.
-    pub p999: f64,
-}
 
 /// How one method did.
 #[repr(C)]
@@ -83,18 +62,6 @@ pub struct LmRunInfo {
     pub within_tolerance: bool,
 }
 
-pub(crate) fn stats(stats: &ErrorStats) -> LmErrorStats {
-    LmErrorStats {
-        samples: stats.samples,
-        max: stats.max,
-        rms: stats.rms,
-        p50: stats.p50,
-        p95: stats.p95,
-        p99: stats.p99,
-        p999: stats.p999,
-    }
-}
-
 /// A run.
 pub struct Done {
     run: results::Run,
@@ -134,12 +101,13 @@ impl Done {
         run: results::Run,
         compared: bool,
         recorded: Option<&Gathered>,
-        planned: &Planned,
+        machine: &lostmotion::Machine,
+        program: &lostmotion::Program,
     ) -> Result<Done, Failure> {
         let page = recorded
-            .map(|recorded| page(&run, &planned.machine, &planned.program, recorded))
+            .map(|recorded| page(&run, machine, program, recorded))
             .transpose()
-            .map_err(|error| Refusal::unread(&planned.program, &error))?;
+            .map_err(|error| Refusal::unread(program, &error))?;
         let of = |result: &MethodResult| (c_text(&result.method), Blocks::of(result));
         Ok(Done {
             page,
@@ -168,7 +136,7 @@ pub unsafe extern "C" fn lm_run_info(run: *const LmRun, info: *mut LmRunInfo) ->
             Ok(LmRunInfo {
                 recommended: recommended.map_or(std::ptr::null(), |name| name.as_ptr()),
                 tolerance_um: done.run.tolerance_um,
-                plan: plan::told(&done.run.plan),
+                plan: plan_told(&done.run.plan),
                 without_gap: stats(&done.run.without_gap),
                 results: done.run.results.len(),
                 within_tolerance: done.run.is_within_tolerance(),
