@@ -82,6 +82,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("lostmotion-cli", &["", "study"]),
     ("lostmotion-python", &[""]),
+    ("lostmotion-c", &[""]),
 ];
 
 /// Crates from outside that a room must never see, whatever the way.
@@ -186,6 +187,34 @@ fn heavy_or_io_crates_stay_out_of_the_forward_path() {
         for id in reached {
             let name = &name_of[id];
             assert!(!forbidden.contains(&name.as_str()), "{root} reaches {name}");
+        }
+    }
+}
+
+/// The only crate that may have `unsafe`: a border to C cannot do without.
+const WITH_UNSAFE: &str = "c";
+
+#[test]
+fn unsafe_stays_in_one_crate() {
+    for package in sources::packages() {
+        if package.name == WITH_UNSAFE {
+            continue;
+        }
+        let manifest = package.root.join("Cargo.toml");
+        let manifest = std::fs::read_to_string(manifest).expect("a manifest");
+        // The workspace's lints deny it.
+        let name = &package.name;
+        assert!(
+            manifest.contains("[lints]\nworkspace = true"),
+            "{name} has lints of its own"
+        );
+        for module in &package.modules {
+            let source = std::fs::read_to_string(&module.file).expect("a source");
+            let file = module.file.display();
+            assert!(
+                !source.contains("(unsafe_code"),
+                "{file} allows `unsafe`, which is for `{WITH_UNSAFE}` alone"
+            );
         }
     }
 }

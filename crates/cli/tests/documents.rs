@@ -9,6 +9,8 @@
 //! | `rust` | a doctest of the facade, which has to include the page |
 //! | `diff` | held by the test that `held-by` names |
 //! | `python` | run by the tests of the Python package, which read its page |
+//! | `c`, `cpp` | built and run by `.ci/c`, which reads its page |
+//! | `js` | held by the test that `held-by` names |
 //! | `text` | no code: formulas, layouts |
 //!
 //! `file=NAME` writes a block to a file for the commands after it on the same page. `not-run="reason"`
@@ -33,6 +35,9 @@ use std::process::Command;
 
 /// The page whose Python blocks are run.
 const PYTHON: &str = "docs/book/src/guide/python.md";
+
+/// The page whose blocks in C and C++ are built and run.
+const C: &str = "docs/book/src/guide/c.md";
 
 /// A fenced block of a document.
 struct Block {
@@ -311,6 +316,12 @@ fn check(document: &str, counts: &mut Counts, faults: &mut String) {
             "text" => Ok(()),
             "python" if document == PYTHON => Ok(()),
             "python" => Err("the tests of crates/python do not run this page".to_string()),
+            "c" | "cpp" if document == C => Ok(()),
+            "c" | "cpp" => Err(".ci/c does not build the blocks of this page".to_string()),
+            "js" => match block.attributes.get("held-by") {
+                Some(test) if repository().join(test).is_file() => Ok(()),
+                _ => Err("held-by has to name the test file that does this".to_string()),
+            },
             other => Err(format!("nobody runs blocks of kind {other:?}")),
         };
         if let Err(fault) = outcome {

@@ -7,6 +7,7 @@ use crate::learned::{Learned, Learning};
 use crate::signal::{Correction, Signals};
 use crate::twin::Twinned;
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// What a method may know beyond the signals that every drive has (motor encoder, current,
 /// references, motor data sheet).
@@ -31,6 +32,29 @@ pub struct MethodInfo {
     pub knows: Knowledge,
     /// Where the method comes from.
     pub source: &'static str,
+}
+
+impl MethodInfo {
+    /// That of a compensator whose name is known at run time only; it lives as long as the process,
+    /// one for each different content.
+    pub fn kept(name: &str, summary: &'static str, knows: Knowledge) -> &'static MethodInfo {
+        static KEPT: Mutex<Vec<&'static MethodInfo>> = Mutex::new(Vec::new());
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |info: &&&MethodInfo| {
+            info.name == name && info.summary == summary && info.knows == knows
+        };
+        if let Some(info) = kept.iter().find(same) {
+            return info;
+        }
+        let info: &'static MethodInfo = Box::leak(Box::new(MethodInfo {
+            name: Box::leak(name.to_owned().into_boxed_str()),
+            summary,
+            knows,
+            source: "the caller",
+        }));
+        kept.push(info);
+        info
+    }
 }
 
 /// A backlash compensator.

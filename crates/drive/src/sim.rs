@@ -136,7 +136,11 @@ impl<C: Compensator> AxisSim<C> {
             model: Arc::new(model),
             state,
             drifting,
-            setpoint: Taken::default(),
+            // room for a setpoint's references: a step of a real-time thread allocates nothing
+            setpoint: Taken {
+                references: vec![Reference::default(); servo_ticks as usize + 1],
+                ..Taken::default()
+            },
         }
     }
 

@@ -36,7 +36,7 @@ mod traverse;
 pub use lostmotion_drive::{AxisOutput, AxisStart, Setpoint};
 pub use memory::{AxisMemory, LearnedOn};
 pub use registry::{
-    Method, MethodId, Registered, Settings, UnknownMethod, build_misled, build_runner,
+    Method, MethodId, Registered, Settings, UnknownMethod, alone, build_misled, build_runner,
     build_runner_from, run_with,
 };
 pub use shaft::{Observed, ShaftEstimate, ShaftEstimator, ShaftState};

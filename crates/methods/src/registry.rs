@@ -5,7 +5,7 @@ use crate::told::{Misled, Told};
 use crate::{AxisConfig, METHODS, NAMES};
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::check::AxisConfigError;
-use lostmotion_drive::config::{Gap, Transmission};
+use lostmotion_drive::config::{Gap, Interpolator, Transmission};
 use lostmotion_drive::{AxisError, AxisRunner, AxisSim, AxisStart, Compensator, MethodInfo};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::borrow::Cow;
@@ -259,6 +259,15 @@ impl<'de> Deserialize<'de> for MethodId {
         name.parse()
             .map_err(|_| de::Error::unknown_variant(&name, NAMES))
     }
+}
+
+/// The description of an axis that is stepped by itself: with `differences` positions alone are
+/// enough, since the interpolator differentiates for itself.
+pub fn alone(mut config: AxisConfig, differences: bool) -> AxisConfig {
+    if differences && config.interpolator.needs_velocity() {
+        config.interpolator = Interpolator::QuinticDifferences;
+    }
+    config
 }
 
 /// An axis with a registered method, standing still with its motor at `start_position` (mm, deg or

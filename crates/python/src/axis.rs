@@ -5,9 +5,8 @@ use crate::compensator::Maker;
 use crate::error::Refusal;
 use crate::machine::Machine;
 use crate::table::{Table, eights};
-use lostmotion::drive::config::Interpolator;
 use lostmotion::drive::{AxisError, AxisOutput, AxisRunner, Setpoint};
-use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner, run_with};
+use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, alone, build_runner, run_with};
 use lostmotion::report::columns::ColumnTable;
 use lostmotion::report::csv::AxisTraceWriter;
 use lostmotion::sim::machine::{axis_from_toml, axis_preset};
@@ -112,11 +111,7 @@ impl Axis {
         start: f64,
         differences: bool,
     ) -> PyResult<Axis> {
-        let mut config = described(axis, drive)?;
-        // Positions alone are enough for an interpolator that differentiates for itself.
-        if differences && (config.interpolator.needs_velocity()) {
-            config.interpolator = Interpolator::QuinticDifferences;
-        }
+        let mut config = alone(described(axis, drive)?, differences);
         config.compensation.estimate_shaft = true;
         let watch = Watch::alone();
         let (runner, name) = match (method, compensator) {

@@ -10,8 +10,7 @@ use pythonize::pythonize;
 use serde::de::Error as _;
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Makes an axis' compensator: a callable of the user's that takes the facts of an axis.
 pub(crate) struct Maker {
@@ -28,31 +27,18 @@ impl Maker {
         Scripted {
             make: Arc::clone(&self.make),
             config: Box::new(config.clone()),
-            info: info(&self.name, self.needs_load_scale),
-            watch: self.watch.clone(),
-        }
-    }
-}
-
-/// What a compensator of a name says of itself. These live as long as the process: one a name.
-fn info(name: &str, load_scale: bool) -> &'static MethodInfo {
-    static KNOWN: Mutex<BTreeMap<(String, bool), &'static MethodInfo>> =
-        Mutex::new(BTreeMap::new());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known
-        .entry((name.to_owned(), load_scale))
-        .or_insert_with(|| {
-            Box::leak(Box::new(MethodInfo {
-                name: Box::leak(name.to_owned().into_boxed_str()),
-                summary: "a compensator written in Python",
-                knows: Knowledge {
-                    load_scale,
+            info: MethodInfo::kept(
+                &self.name,
+                "a compensator written in Python",
+                Knowledge {
+                    load_scale: self.needs_load_scale,
                     gap: true,
                     load: true,
                 },
-                source: "the caller",
-            }))
-        })
+            ),
+            watch: self.watch.clone(),
+        }
+    }
 }
 
 /// A compensator of the user's for one axis.

@@ -3,12 +3,13 @@
 use crate::apart::apart;
 use crate::error::Refusal;
 use crate::machine::Machine;
-use crate::options::{Reading, Running, settings};
+use crate::options;
 use crate::program::Program;
 use crate::table::Table;
 use lostmotion::Simulation;
 use lostmotion::report::columns::ColumnTable;
 use lostmotion::report::csv::PlanWriter;
+use lostmotion::sim::request::RunRequest;
 use lostmotion::sim::results::PlanInfo;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -67,11 +68,11 @@ pub(crate) fn plan(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Plan> {
-    let reading = Reading::of(program.path.as_ref(), reading)?;
-    let running: Running = settings(running)?;
+    let reading = options::reading(program.path.as_ref(), reading)?;
+    let running: RunRequest = options::settings(running)?;
     let (program, machine) = (program.program.clone(), machine.clone());
     apart(py, on_progress, move |watch| {
-        let options = reading.options(&machine, running.options()?)?;
+        let options = reading.options(&machine.0, running.options()?)?;
         let (axes, rotary) = (machine.0.axis_set(), machine.0.rotary_joints());
         let command = machine.0.cycles().command();
         let mut writer =

@@ -1,18 +1,20 @@
 //! Part programs: what can be said of one without moving anything.
 
 use crate::apart::apart;
-use crate::error::{Refusal, placed};
+use crate::error::{Refusal, told};
 use crate::machine::Machine;
-use crate::options::Reading;
+use crate::options;
 use lostmotion::gcode::InterpreterConfig;
 use lostmotion::gcode_tools::explain::explain;
 use lostmotion::gcode_tools::format::{
     Case, FormatOptions, LineNumbers, format, refers_to_line_numbers,
 };
-use lostmotion::gcode_tools::lint::{Level, Levels, LintFindings, lint};
+use lostmotion::gcode_tools::lint::{Level, Levels};
 use lostmotion::gcode_tools::writer::write_program;
-use lostmotion::report::findings::{Finding, Origin};
+use lostmotion::report::findings::Finding;
+use lostmotion::report::refusal::{self, findings_of, operations_of, placed};
 use lostmotion::sim::program::Operations as Reader;
+use lostmotion::sim::request::ReadingRequest;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use pythonize::pythonize;
@@ -32,51 +34,31 @@ impl Program {
     /// Its interpreter.
     fn reader(
         program: &lostmotion::Program,
-        reading: &Reading,
+        reading: &ReadingRequest,
         machine: Option<&Machine>,
     ) -> Result<(Reader, InterpreterConfig), Refusal> {
-        let (config, loader) = reading.config(machine)?;
-        let reader = program
-            .operations(config.clone())
-            .map_err(|error| Refusal::unread(program, &error))?;
-        Ok((reader.with_loader(loader), config))
+        let (config, loader) = reading.config(machine.map(|machine| &machine.0))?;
+        Ok((operations_of(program, config.clone(), loader)?, config))
     }
 
     /// What interpreter and lints find, in the order of the text.
     fn found(
         program: &lostmotion::Program,
-        reading: &Reading,
+        reading: &ReadingRequest,
         machine: Option<&Machine>,
         levels: Option<Levels>,
     ) -> Result<Vec<Finding>, Refusal> {
-        let (mut reader, _) = Program::reader(program, reading, machine)?;
-        let linted = match levels {
-            Some(levels) => Some(lint(&mut reader, levels)),
-            None => {
-                reader.by_ref().for_each(drop);
-                None
-            }
-        };
-        let diagnostics = reader.diagnostics();
-        let origin = Origin {
-            program: program.name(),
-            provenance: diagnostics.provenance(),
-        };
-        let of_reader = diagnostics.kept().iter();
-        let mut found: Vec<Finding> = of_reader
-            .map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin))
-            .collect();
-        let of_lints = linted.iter().flat_map(LintFindings::kept);
-        found.extend(of_lints.map(|finding| Finding::from_lint(finding, &origin)));
-        found.sort_by_key(|finding| (finding.span.file, finding.span.start));
-        Ok(found)
+        let (config, loader) = reading.config(machine.map(|machine| &machine.0))?;
+        Ok(findings_of(program, config, loader, levels)?)
     }
 }
 
 /// What was found, each with its line.
 fn shown(found: Vec<Finding>, program: &lostmotion::Program) -> Vec<Value> {
-    let placed = |finding| placed(finding, program);
-    found.into_iter().map(placed).collect()
+    found
+        .into_iter()
+        .map(|finding| told(&placed(finding, program)))
+        .collect()
 }
 
 /// Levels of lints from their names.
@@ -150,7 +132,7 @@ impl Program {
         lints: Option<Vec<(String, String)>>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let reading = Reading::of(self.path.as_ref(), reading)?;
+        let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         let levels = lints.map(levels_of).transpose()?;
         let found = apart(py, None, move |_| {
@@ -165,7 +147,7 @@ impl Program {
         machine: Option<&Machine>,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<Operations> {
-        let reading = Reading::of(self.path.as_ref(), reading)?;
+        let reading = options::reading(self.path.as_ref(), reading)?;
         let (reader, _) = Program::reader(&self.program, &reading, machine)?;
         Ok(Operations {
             reader: Mutex::new(reader),
@@ -225,7 +207,7 @@ impl Program {
         machine: Option<Machine>,
         reading: &Bound<'py, PyDict>,
     ) -> PyResult<(String, Bound<'py, PyAny>)> {
-        let reading = Reading::of(self.path.as_ref(), reading)?;
+        let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         let explanation = apart(py, None, move |_| {
             let (mut reader, _) = Program::reader(&program, &reading, machine.as_ref())?;
@@ -245,7 +227,7 @@ impl Program {
         system: u8,
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<String> {
-        let reading = Reading::of(self.path.as_ref(), reading)?;
+        let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
         apart(py, None, move |_| {
             let found = Program::found(&program, &reading, machine.as_ref(), None)?;
@@ -255,7 +237,7 @@ impl Program {
                 .collect();
             if let Some(first) = wrong.first() {
                 let text = format!("{}:{}: {}", first.file, first.span.line, first.message);
-                return Err(Refusal::of_findings("ProgramError", text, wrong, &program));
+                return Err(refusal::Refusal::of_findings(text, wrong, &program).into());
             }
             let (mut reader, config) = Program::reader(&program, &reading, machine.as_ref())?;
             let mut out = Vec::new();

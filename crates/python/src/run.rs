@@ -4,7 +4,7 @@ use crate::apart::{Watch, apart};
 use crate::compensator::Maker;
 use crate::error::Refusal;
 use crate::machine::Machine;
-use crate::options::{Reading, Running, settings};
+use crate::options;
 use crate::program::Program;
 use crate::table::Table;
 use lostmotion::drive::Learning;
@@ -19,6 +19,7 @@ use lostmotion::report::text::{self, TextOptions};
 use lostmotion::report::{json, schema as report_schema};
 use lostmotion::sim::MotorPoint;
 use lostmotion::sim::machine::Memory;
+use lostmotion::sim::request::RunRequest;
 use lostmotion::sim::results::{self, BlockResult, ReversalResult};
 use lostmotion::{ContourPoint, Observer, SimulateOptions, Simulation};
 use pyo3::prelude::*;
@@ -245,8 +246,8 @@ pub(crate) fn simulate(
     running: &Bound<'_, PyDict>,
     on_progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let reading = Reading::of(program.path.as_ref(), reading)?;
-    let running: Running = settings(running)?;
+    let reading = options::reading(program.path.as_ref(), reading)?;
+    let running: RunRequest = options::settings(running)?;
     let mut own = Vec::new();
     for (name, make) in compensators {
         let needs_load_scale = match make.bind(py).getattr_opt("load_scale")? {
@@ -269,7 +270,7 @@ pub(crate) fn simulate(
     };
     let (program, machine) = (program.program.clone(), machine.clone());
     apart(py, on_progress, move |watch| {
-        let options = reading.options(&machine, running.options()?)?;
+        let options = reading.options(&machine.0, running.options()?)?;
         ran(watch, &program, &machine, options, choices, wanted)
     })
 }
@@ -278,12 +279,7 @@ impl Run {
     /// The document that the command prints.
     fn document(&self) -> Result<String, Refusal> {
         let mut out = Vec::new();
-        let single = || self.run.clone().into_single();
-        let written = match (!self.compared).then(single).flatten() {
-            Some(single) => json::write(&mut out, &single),
-            None => json::write(&mut out, &self.run),
-        };
-        written.map_err(|error| Refusal::new("Error", "internal", error.to_string(), ""))?;
+        json::write_answer(&mut out, &self.run, self.compared)?;
         Ok(String::from_utf8_lossy(&out).into_owned())
     }
 }
@@ -311,11 +307,7 @@ impl Run {
             width,
             ..TextOptions::default()
         };
-        let single = || self.run.clone().into_single();
-        match (!self.compared).then(single).flatten() {
-            Some(single) => text::simulation(&single, &options),
-            None => text::comparison(&self.run, &options),
-        }
+        text::answer(&self.run, self.compared, &options)
     }
 
     fn __reduce__<'py>(

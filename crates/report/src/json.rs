@@ -8,6 +8,7 @@
 //! form and come out as `null`.
 
 use crate::number::round_to;
+use lostmotion_sim::Run;
 use serde::Serialize;
 use serde_json::ser::{Formatter, PrettyFormatter};
 use std::io::{self, Write};
@@ -39,6 +40,17 @@ pub fn write_significant(out: &mut dyn Write, value: &impl Serialize) -> io::Res
             ..Rounding::default()
         },
     )
+}
+
+/// Writes the answer of a run as the command does: several methods side by side, or the one.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_answer(out: &mut dyn Write, run: &Run, compared: bool) -> io::Result<()> {
+    match (!compared).then(|| run.clone().into_single()).flatten() {
+        Some(single) => write(out, &single),
+        None => write(out, run),
+    }
 }
 
 fn write_with(out: &mut dyn Write, value: &impl Serialize, rounding: Rounding) -> io::Result<()> {

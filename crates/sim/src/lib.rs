@@ -20,6 +20,7 @@ pub mod options;
 pub mod program;
 pub mod recommend;
 pub mod recorded;
+pub mod request;
 pub mod results;
 pub mod rewrite;
 mod session;

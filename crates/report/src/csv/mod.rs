@@ -11,7 +11,7 @@ mod rows;
 mod setpoints;
 mod trace;
 
-pub use motion::{AxisTraceWriter, PlanWriter};
+pub use motion::{AxisRow, AxisScales, AxisTraceWriter, PlanWriter};
 pub use results::{BlockWriter, ReversalWriter, TimeWriter};
 pub use rows::{ColumnKind, Rows, TableCells, TableColumn};
 pub use setpoints::{SetpointReader, SetpointSource};

@@ -145,9 +145,92 @@ impl<T: TableCells> PlanWriter<T> {
 pub struct AxisTraceWriter<T> {
     rows: T,
     clock: Clock,
+    scales: AxisScales,
+}
+
+/// A sample of an axis as it is shown: positions and their rates in the axis' unit at the load,
+/// current, torque and the estimates of inertia and shaft at the motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisRow {
+    /// Reference of the servo, its velocity per s and acceleration per s2.
+    pub reference: f64,
+    /// See [`Self::reference`].
+    pub reference_velocity: f64,
+    /// See [`Self::reference`].
+    pub reference_acceleration: f64,
+    /// Motor, and its velocity per s.
+    pub motor: f64,
+    /// See [`Self::motor`].
+    pub motor_velocity: f64,
+    /// Load, and its velocity per s.
+    pub load: f64,
+    /// See [`Self::load`].
+    pub load_velocity: f64,
+    /// Torque-forming current, A.
+    pub current_a: f64,
+    /// Torque of the motor, N m.
+    pub torque_nm: f64,
+    /// Flank in contact: -1, 0, 1.
+    pub engagement: i8,
+    /// The compensator's estimate of motor minus load; NaN without one, as those below.
+    pub gap_estimate: f64,
+    /// Its estimate of the inertia that the motor carries, kg m2.
+    pub inertia_estimate_kgm2: f64,
+    /// Its estimate of the flank in contact.
+    pub engagement_estimate: i8,
+    /// Its estimate of the shaft's stiffness, N m/rad.
+    pub stiffness_estimate_nm_per_rad: f64,
+    /// Its estimate of the shaft's damping, N m s/rad.
+    pub damping_estimate_nm_s_per_rad: f64,
+    /// What the shaft does to the load, N, or N m at a load that turns.
+    pub shaft_force: f64,
+}
+
+/// How samples of an axis are shown in its unit.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisScales {
     units_per_rad: f64,
     /// Force on the load, N or N m, for a torque of 1 N m at the motor.
     force_per_torque: f64,
+}
+
+impl AxisScales {
+    /// `units_per_rad` is how far the load goes, in `unit`, for a radian of the motor.
+    pub fn new(unit: AxisUnit, units_per_rad: f64) -> AxisScales {
+        // Power is the same on both sides: a force is a torque over the way for a radian.
+        let reach = match unit {
+            AxisUnit::Mm => 1e-3 * units_per_rad,
+            AxisUnit::Deg => units::rad(units_per_rad),
+            AxisUnit::Rad => units_per_rad,
+        };
+        AxisScales {
+            units_per_rad,
+            force_per_torque: 1.0 / reach,
+        }
+    }
+
+    /// A sample as it is shown.
+    pub fn row(&self, sample: &AxisSample) -> AxisRow {
+        let k = self.units_per_rad;
+        AxisRow {
+            reference: sample.reference.position * k,
+            reference_velocity: sample.reference.velocity * k,
+            reference_acceleration: sample.reference.acceleration * k,
+            motor: sample.motor_position * k,
+            motor_velocity: sample.motor_velocity * k,
+            load: sample.load_position * k,
+            load_velocity: sample.load_velocity * k,
+            current_a: sample.current,
+            torque_nm: sample.torque,
+            engagement: sample.engagement.sign(),
+            gap_estimate: sample.gap_angle_estimate * k,
+            inertia_estimate_kgm2: sample.inertia_estimate,
+            engagement_estimate: sample.engagement_estimate.sign(),
+            stiffness_estimate_nm_per_rad: sample.stiffness_estimate,
+            damping_estimate_nm_s_per_rad: sample.damping_estimate,
+            shaft_force: sample.shaft_torque * self.force_per_torque,
+        }
+    }
 }
 
 impl<W: Write> AxisTraceWriter<Rows<W>> {
@@ -178,11 +261,9 @@ impl<T: TableCells> AxisTraceWriter<T> {
         clock: Clock,
     ) -> io::Result<AxisTraceWriter<T>> {
         let u = unit.symbol();
-        // Power is the same on both sides: a force is a torque over the way for a radian.
-        let (force, reach) = match unit {
-            AxisUnit::Mm => ("shaft_force_n", 1e-3 * units_per_rad),
-            AxisUnit::Deg => ("shaft_torque_nm", units::rad(units_per_rad)),
-            AxisUnit::Rad => ("shaft_torque_nm", units_per_rad),
+        let force = match unit {
+            AxisUnit::Mm => "shaft_force_n",
+            AxisUnit::Deg | AxisUnit::Rad => "shaft_torque_nm",
         };
         // `push` fills the cells in this order.
         let header = [
@@ -219,8 +300,7 @@ impl<T: TableCells> AxisTraceWriter<T> {
         Ok(AxisTraceWriter {
             rows: T::start(out, &columns)?,
             clock,
-            units_per_rad,
-            force_per_torque: 1.0 / reach,
+            scales: AxisScales::new(unit, units_per_rad),
         })
     }
 
@@ -229,27 +309,30 @@ impl<T: TableCells> AxisTraceWriter<T> {
     /// # Errors
     /// Those of the writer.
     pub fn push(&mut self, tick: Tick, sample: &AxisSample) -> io::Result<()> {
-        // Positions and their rates come in radians of the motor and are shown in the axis' unit at
-        // the load; current, torque and the estimates of inertia and shaft stay at the motor.
-        let (rows, k) = (&mut self.rows, self.units_per_rad);
+        let row = self.scales.row(sample);
+        let rows = &mut self.rows;
         rows.seconds(tick, self.clock.period_ns());
-        rows.number(sample.reference.position * k, POSITION_DECIMALS);
-        rows.number(sample.reference.velocity * k, RATE_DECIMALS);
-        rows.number(sample.reference.acceleration * k, RATE_DECIMALS);
-        rows.number(sample.motor_position * k, POSITION_DECIMALS);
-        rows.number(sample.motor_velocity * k, RATE_DECIMALS);
-        rows.number(sample.load_position * k, POSITION_DECIMALS);
-        rows.number(sample.load_velocity * k, RATE_DECIMALS);
-        rows.number(sample.current, RATE_DECIMALS);
-        rows.number(sample.torque, RATE_DECIMALS);
-        rows.integer(sample.engagement.sign().into());
-        rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
+        for (value, decimals) in [
+            (row.reference, POSITION_DECIMALS),
+            (row.reference_velocity, RATE_DECIMALS),
+            (row.reference_acceleration, RATE_DECIMALS),
+            (row.motor, POSITION_DECIMALS),
+            (row.motor_velocity, RATE_DECIMALS),
+            (row.load, POSITION_DECIMALS),
+            (row.load_velocity, RATE_DECIMALS),
+            (row.current_a, RATE_DECIMALS),
+            (row.torque_nm, RATE_DECIMALS),
+        ] {
+            rows.number(value, decimals);
+        }
+        rows.integer(row.engagement.into());
+        rows.number(row.gap_estimate, POSITION_DECIMALS);
         // Inertias of 1e-3 kg m2 and less: decimals as for positions.
-        rows.number(sample.inertia_estimate, POSITION_DECIMALS);
-        rows.integer(sample.engagement_estimate.sign().into());
-        rows.number(sample.stiffness_estimate, RATE_DECIMALS);
-        rows.number(sample.damping_estimate, RATE_DECIMALS);
-        rows.number(sample.shaft_torque * self.force_per_torque, RATE_DECIMALS);
+        rows.number(row.inertia_estimate_kgm2, POSITION_DECIMALS);
+        rows.integer(row.engagement_estimate.into());
+        rows.number(row.stiffness_estimate_nm_per_rad, RATE_DECIMALS);
+        rows.number(row.damping_estimate_nm_s_per_rad, RATE_DECIMALS);
+        rows.number(row.shaft_force, RATE_DECIMALS);
         rows.end()
     }
 

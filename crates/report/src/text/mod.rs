@@ -32,6 +32,7 @@ pub use time::time;
 
 use lostmotion_drive::Knowledge;
 use lostmotion_methods::MethodId;
+use lostmotion_sim::Run;
 
 /// What to show of a result.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +58,14 @@ impl Default for TextOptions {
             sensitivity: false,
             width: None,
         }
+    }
+}
+
+/// The answer of a run as the command prints it: several methods side by side, or the one.
+pub fn answer(run: &Run, compared: bool, options: &TextOptions) -> String {
+    match (!compared).then(|| run.clone().into_single()).flatten() {
+        Some(single) => simulation(&single, options),
+        None => comparison(run, options),
     }
 }
 
