@@ -1256,10 +1256,11 @@ enum LmStatus lm_machine_edit(const struct LmMachine *machine,
                               struct LmMachine **edited);
 
 /**
- * A machine from another program's description: LinuxCNC's INI ("linuxcnc"), grbl's settings
- * ("grbl"), a machine of FreeCAD ("freecad"), URDF ("urdf"). `format` may be null where name or text
- * tell it; what is not described is taken from `preset`; `tip` is the link of the tool in a URDF, or
- * null. `file` becomes the machine's file, in which every value says where it is from; it may be
+ * A machine from what a control is configured with or another program knows: LinuxCNC's INI
+ * ("linuxcnc"), grbl's settings ("grbl"), a machine of FreeCAD ("freecad"), URDF ("urdf") and others;
+ * an unknown `format` is answered with the list. `format` may be null where name or text tell it; what
+ * is not described is taken from `preset`, or from the usual machine if that is null; `tip` is the link
+ * of the tool in a URDF, or null. `file` becomes the machine's file, in which every value says where it is from; it may be
  * null.
  *
  * Threads: any. Real time: no.

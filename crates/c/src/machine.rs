@@ -172,10 +172,11 @@ fn toml(machine: &lostmotion::Machine) -> Result<String, Failure> {
         .map_err(|error| Failure::internal(error.to_string()))
 }
 
-/// A machine from another program's description: LinuxCNC's INI ("linuxcnc"), grbl's settings
-/// ("grbl"), a machine of FreeCAD ("freecad"), URDF ("urdf"). `format` may be null where name or text
-/// tell it; what is not described is taken from `preset`; `tip` is the link of the tool in a URDF, or
-/// null. `file` becomes the machine's file, in which every value says where it is from; it may be
+/// A machine from what a control is configured with or another program knows: LinuxCNC's INI
+/// ("linuxcnc"), grbl's settings ("grbl"), a machine of FreeCAD ("freecad"), URDF ("urdf") and others;
+/// an unknown `format` is answered with the list. `format` may be null where name or text tell it; what
+/// is not described is taken from `preset`, or from the usual machine if that is null; `tip` is the link
+/// of the tool in a URDF, or null. `file` becomes the machine's file, in which every value says where it is from; it may be
 /// null.
 ///
 /// Threads: any. Real time: no.
@@ -202,7 +203,7 @@ pub unsafe extern "C" fn lm_machine_import(
         // SAFETY: the caller's promise.
         let format = unsafe { maybe_text(format, "format") }?;
         // SAFETY: the caller's promise.
-        let preset = unsafe { text(preset, "preset") }?;
+        let preset = unsafe { maybe_text(preset, "preset") }?;
         // SAFETY: the caller's promise.
         let tip = unsafe { maybe_text(tip, "tip") }?;
         let found = match format {
@@ -225,7 +226,7 @@ pub unsafe extern "C" fn lm_machine_import(
         let options = ImportOptions {
             preset,
             tip,
-            files: &|_| Err("other files are not read here".to_owned()),
+            ..ImportOptions::default()
         };
         let imported = import(name, description, found, &options)?;
         let made = insert(lostmotion::Machine::from_toml(name, &imported.toml)?)?;

@@ -36,7 +36,7 @@ const INTERRUPTED: i32 = 130;
 fn main() -> ExitCode {
     // Without a handler, an interrupted run leaves its unfinished files behind.
     let _ = ctrlc::set_handler(|| {
-        lostmotion::report::atomic::abandon();
+        let _none_begins = lostmotion::report::atomic::abandon();
         std::process::exit(INTERRUPTED);
     });
     match cli::Cli::of_process().run() {

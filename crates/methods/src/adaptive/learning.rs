@@ -236,7 +236,7 @@ impl LearningState {
             let before = self.before.take();
             let together = std::mem::replace(&mut self.together, false);
             self.pending = None;
-            for row in self.stretch.end(motor, shaft(load)).into_iter().flatten() {
+            if let Some(row) = self.stretch.end() {
                 self.learn_row(&row, motor, load);
             }
             if let Some(before) = before.filter(|_| together) {
@@ -336,6 +336,7 @@ fn shaft(load: &LoadModel) -> Shaft {
     Shaft {
         stiffness: load.stiffness,
         span: f64::from(BLOCK_TICKS) * Clock::SERVO.period_s(),
+        inertia: load.inertia,
     }
 }
 

@@ -18,7 +18,7 @@
 //!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
 //!    its crossing well hands the load that it found back to `learning`.
 //! 7. Trust: the gap is used where friction certainly holds the load, the inertia is known where it
-//!    matters, as far as the axes that move with it are ready (`trust`), and a part of it until four
+//!    matters, as far as the axes that move with it are ready (`trust`), and a part of it until three
 //!    readings agree.
 //! 8. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
 //!
@@ -391,8 +391,7 @@ fn hints(said: &Said, negligible: f64) -> bool {
 fn by_degrees(readings: u32) -> f64 {
     match readings {
         1 => 0.8,
-        2 => 0.9,
-        3 => 0.95,
+        2 => 0.95,
         _ => 1.0,
     }
 }

@@ -6,9 +6,10 @@
 //! T = J_L (alpha - T''/k) + b_L w + T_f sign(w) + T_const        T: torque behind the motor, N m;   k: shaft, N m/rad
 //! ```
 //! Averaged once more with the same triangle, of which the second difference of three means in a row
-//! is exact, no derivative has to be taken. The first and the last mean of a stretch, which have no
-//! neighbours, count as of a stiff shaft: short ramps have no others. Means beside one without
-//! contact are of a load that has just come or is about to go, and do not count.
+//! is exact, no derivative has to be taken. Means at the ends of a stretch have no neighbours and do not
+//! count, nor do those beside one without contact, of a load that has just come or is about to go: a
+//! mass that a soft shaft takes along overshoots to twice the torque. A shaft that rings so fast that the
+//! triangle takes the ringing away counts as stiff; short ramps are all of their load's inertia then.
 
 use super::load_filter::{LoadVector, VISCOUS_SPEED};
 use super::watch::Motor;
@@ -16,6 +17,11 @@ use serde::{Deserialize, Serialize};
 
 /// Standard deviations by which an acceleration has to exceed the encoder's noise. A choice.
 const CLEAR_DEVIATIONS: f64 = 4.0;
+
+/// Frequency of the load on its shaft below which what it winds up counts, rad/s: 80 Hz, of which the
+/// triangle leaves two thirds. Tuned: with it for all shafts loads above 100 Hz were learned later and less
+/// well (the fixed sample: 3.2 % of `none` in the median, 1.4 before).
+const SOFT_RAD_S: f64 = 500.0;
 
 /// Means over two blocks: torque behind the motor (N m), speed (rad/s), acceleration (rad/s2) of
 /// the motor.
@@ -42,6 +48,14 @@ pub(super) struct Shaft {
     pub(super) stiffness: f64,
     /// s.
     pub(super) span: f64,
+    /// Of the load as it is known, kg m2.
+    pub(super) inertia: f64,
+}
+
+impl Shaft {
+    fn is_soft(&self) -> bool {
+        self.stiffness < SOFT_RAD_S * SOFT_RAD_S * self.inertia
+    }
 }
 
 /// The last means of a stretch.
@@ -64,29 +78,27 @@ impl Stretch {
         };
     }
 
-    /// Ends; what is left to be learned of it.
-    pub(super) fn end(&mut self, motor: &Motor, shaft: Shaft) -> [Option<Row>; 2] {
-        let Stretch { means, next, .. } = std::mem::take(self);
-        let last = means[1].filter(|_| means[0].is_some());
-        [next, last.map(|mean| mean.alone(motor, shaft))]
+    /// Ends, with the load in contact; what is left to be learned of it.
+    pub(super) fn end(&mut self) -> Option<Row> {
+        std::mem::take(self).next
     }
 
     /// A mean of a load in contact; what is to be learned.
     pub(super) fn take(&mut self, now: Mean, motor: &Motor, shaft: Shaft) -> Option<Row> {
+        if !shaft.is_soft() {
+            *self = Stretch::default();
+            return Some(now.alone(motor, shaft));
+        }
         let ready = self.next.take();
         if std::mem::replace(&mut self.meets, false) {
             return None;
         }
         let means = self.means;
         self.means = [means[1], Some(now)];
-        match means {
-            [Some(first), Some(middle)] => {
-                self.next = Some(Mean::of_three([&first, &middle, &now], motor, shaft));
-                ready
-            }
-            [_, None] => Some(now.alone(motor, shaft)),
-            _ => None,
+        if let [Some(first), Some(middle)] = means {
+            self.next = Some(Mean::of_three([&first, &middle, &now], motor, shaft));
         }
+        ready
     }
 }
 
@@ -165,6 +177,7 @@ mod tests {
         let shaft = Shaft {
             stiffness: inertia * rate * rate,
             span: 4e-3,
+            inertia,
         };
         // a triangle over twice the span leaves of a sine the square of this
         let half = 0.5 * rate * shaft.span;
@@ -188,22 +201,20 @@ mod tests {
 
     #[test]
     fn what_the_shaft_winds_up_is_taken_off() {
-        for (frequency, most) in [(18.0, 2e-4), (40.0, 3e-3), (80.0, 0.02), (120.0, 0.04)] {
+        for (frequency, most) in [(18.0, 2e-4), (40.0, 3e-3), (79.0, 0.02)] {
             let (shaft, means) = ringing(frequency, 30);
             let mut stretch = Stretch::default();
-            let mut rows: Vec<Row> = means
+            let worst = means
                 .iter()
                 .filter_map(|mean| stretch.take(*mean, &MOTOR, shaft))
-                .collect();
-            // as of a stiff shaft
-            let first = misses(&rows.remove(0)).abs();
-            let worst = rows.iter().map(|row| misses(row).abs()).fold(0.0, f64::max);
+                .map(|row| misses(&row).abs())
+                .fold(0.0, f64::max);
             let stiff = means
                 .iter()
                 .map(|mean| misses(&mean.alone(&MOTOR, shaft)).abs())
-                .fold(first, f64::max);
+                .fold(0.0, f64::max);
             assert!(
-                worst < most && stiff > 4.0 * worst,
+                worst < most && worst > 0.0 && stiff > 5.0 * worst,
                 "{frequency} Hz: {worst} {stiff}"
             );
         }
@@ -214,22 +225,19 @@ mod tests {
         let (shaft, means) = ringing(18.0, 10);
         let mut stretch = Stretch::default();
         let mut take = |n: usize| stretch.take(means[n], &MOTOR, shaft).is_some();
-        // the first as of a stiff shaft; the middle one of three once the fourth is in contact
-        assert_eq!([0, 1, 2, 3].map(&mut take), [true, false, false, true]);
+        // the middle one of three once the fourth is in contact
+        assert_eq!([0, 1, 2, 3].map(&mut take), [false, false, false, true]);
         stretch.lose();
         let mut take = |n: usize| stretch.take(means[n], &MOTOR, shaft).is_some();
         assert_eq!(
             [4, 5, 6, 7, 8].map(&mut take),
-            [false, true, false, false, true]
+            [false, false, false, false, true]
         );
-        // a reversal ends it: what waits, and the last
-        assert_eq!(
-            stretch.end(&MOTOR, shaft).map(|row| row.is_some()),
-            [true; 2]
-        );
-        assert_eq!(
-            stretch.end(&MOTOR, shaft).map(|row| row.is_some()),
-            [false; 2]
-        );
+        // a reversal ends it: what waits
+        assert!(stretch.end().is_some() && stretch.end().is_none());
+        // each of a stiff one
+        let (shaft, means) = ringing(90.0, 3);
+        let mut take = |n: usize| stretch.take(means[n], &MOTOR, shaft).is_some();
+        assert_eq!([0, 1, 2].map(&mut take), [true; 3]);
     }
 }

@@ -78,8 +78,8 @@ fn actions(dice: &mut Dice) -> Vec<(u64, Action)> {
                 part if part < 0.1 => Action::Hold,
                 part if part < 0.25 => Action::Resume,
                 part if part < 0.4 => Action::Rapid(dice.one_of(&[0.0, 0.05, 0.5, 1.0])),
-                part if part < 0.6 => Action::Override(dice.one_of(&[0.0, 1e-9, 1e-3, 1.0, 2.0])),
-                _ => Action::Override(dice.between(0.0, 2.0)),
+                part if part < 0.6 => Action::Override(dice.one_of(&[0.0, 1e-3, 1.0, 2.0])),
+                _ => Action::Override(dice.between(1e-3, 2.0)),
             },
         ));
     }

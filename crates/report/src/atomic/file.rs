@@ -54,9 +54,8 @@ impl AtomicFile {
                 Target::Special(BufWriter::with_capacity(BUFFER_BYTES, file))
             }
             _ => {
-                let file = temporary_beside(&path)
+                let (file, unfinished) = Unfinished::file(|| temporary_beside(&path))
                     .map_err(|e| WriteError::io("create", asked, without_path(&e)))?;
-                let unfinished = Unfinished::new(file.path().to_path_buf());
                 Target::Temporary(BufWriter::with_capacity(BUFFER_BYTES, file), unfinished)
             }
         };
@@ -164,8 +163,30 @@ fn unfinished() -> MutexGuard<'static, BTreeMap<u64, PathBuf>> {
 pub(super) struct Unfinished(u64);
 
 impl Unfinished {
-    pub(super) fn new(path: PathBuf) -> Unfinished {
+    /// Makes a file; `abandon` comes before or after, never between file and entry.
+    pub(super) fn file(
+        make: impl FnOnce() -> std::io::Result<NamedTempFile>,
+    ) -> std::io::Result<(NamedTempFile, Unfinished)> {
         let mut all = unfinished();
+        let file = make()?;
+        let entry = Unfinished::enter(&mut all, file.path().to_path_buf());
+        Ok((file, entry))
+    }
+
+    /// Makes folders, the outermost first, in the same way; those that were made are entered in any
+    /// case.
+    pub(super) fn folders<'a>(
+        folders: impl Iterator<Item = &'a PathBuf>,
+        make: impl FnOnce() -> std::io::Result<()>,
+    ) -> (Vec<Unfinished>, std::io::Result<()>) {
+        let mut all = unfinished();
+        let entries = folders
+            .map(|folder| Unfinished::enter(&mut all, folder.clone()))
+            .collect();
+        (entries, make())
+    }
+
+    fn enter(all: &mut BTreeMap<u64, PathBuf>, path: PathBuf) -> Unfinished {
         // Numbers rise with time: `abandon` removes the latest first.
         let number = all.last_key_value().map_or(0, |(last, _)| last + 1);
         all.insert(number, path);
@@ -179,17 +200,27 @@ impl Drop for Unfinished {
     }
 }
 
+/// What [`abandon`] gives: as long as it lives no file begins.
+#[derive(Debug)]
+#[must_use = "a file that begins before the process ends is left behind"]
+pub struct Abandoned {
+    _list: MutexGuard<'static, BTreeMap<u64, PathBuf>>,
+}
+
 /// Removes every file that is being written, and the folders made for them, before a process ends
-/// without dropping its values (a signal). Nothing may be written or committed afterwards.
-pub fn abandon() {
+/// without dropping its values (a signal). Who begins or ends a file meanwhile waits until the answer
+/// is dropped.
+pub fn abandon() -> Abandoned {
+    let mut all = unfinished();
     // The latest first: files, then the folders around them, the innermost first.
-    while let Some((_, path)) = unfinished().pop_last() {
+    while let Some((_, path)) = all.pop_last() {
         let _ = if path.is_dir() {
             std::fs::remove_dir(&path)
         } else {
             std::fs::remove_file(&path)
         };
     }
+    Abandoned { _list: all }
 }
 
 #[cfg(test)]

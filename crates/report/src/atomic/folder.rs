@@ -36,21 +36,15 @@ impl OutputFolder {
         if path.exists() && !path.is_dir() {
             return Err(WriteError::NotFolder { path });
         }
-        // Registered before they are made, the outermost first, so that an interrupt in between
-        // finds them.
-        let unfinished = missing
-            .iter()
-            .rev()
-            .map(|made| Unfinished::new(made.clone()))
-            .collect();
+        let (unfinished, made) =
+            Unfinished::folders(missing.iter().rev(), || std::fs::create_dir_all(&path));
         let folder = OutputFolder {
             made: missing,
             unfinished,
             done: Vec::new(),
             path,
         };
-        std::fs::create_dir_all(&folder.path)
-            .map_err(|e| WriteError::io("create", &folder.path, e))?;
+        made.map_err(|e| WriteError::io("create", &folder.path, e))?;
         Ok(folder)
     }
 

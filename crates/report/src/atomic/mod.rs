@@ -7,5 +7,5 @@
 mod file;
 mod folder;
 
-pub use file::{AtomicFile, abandon};
+pub use file::{Abandoned, AtomicFile, abandon};
 pub use folder::OutputFolder;
