@@ -160,6 +160,7 @@ fn per_s4(motor: &Motor, shaft: Shaft) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lostmotion_base::math::sin;
 
     const MOTOR: Motor = Motor {
         torque_constant: 1.0,
@@ -181,11 +182,11 @@ mod tests {
         };
         // a triangle over twice the span leaves of a sine the square of this
         let half = 0.5 * rate * shaft.span;
-        let left = half.sin() / half;
+        let left = sin(half) / half;
         let means = (0..count)
             .map(|n| Mean {
                 torque: friction
-                    + left * left * ringing_nm * (rate * shaft.span * f64::from(n) + 0.3).sin(),
+                    + left * left * ringing_nm * sin(rate * shaft.span * f64::from(n) + 0.3),
                 speed: 50.0,
                 acceleration: 0.0,
             })
