@@ -122,6 +122,4 @@ def import_machine(
     name = os.fspath(path)
     with open(name, encoding="utf-8") as file:
         text = file.read()
-    return _native.import_machine(
-        text, name, format, preset, tip, max_bytes, os.path.dirname(name) or "."
-    )
+    return _native.import_machine(text, name, format, preset, tip, max_bytes, os.path.dirname(name) or ".")
