@@ -32,19 +32,6 @@ const POSITIONS: [(&str, u32); 11] = [
     ("work_offset.g59_3", 5381),
 ];
 
-/// Axes in the order of parameters.
-const ORDER: [AxisId; 9] = [
-    AxisId::X,
-    AxisId::Y,
-    AxisId::Z,
-    AxisId::A,
-    AxisId::B,
-    AxisId::C,
-    AxisId::U,
-    AxisId::V,
-    AxisId::W,
-];
-
 /// Times a cycle of setpoints may take, ms.
 const COMMAND_MS: std::ops::RangeInclusive<f64> = 0.25..=8.0;
 
@@ -193,7 +180,7 @@ fn parameters(
             continue;
         };
         let place = POSITIONS.iter().find_map(|(table, first)| {
-            let axis = ORDER.get(key.checked_sub(*first)? as usize)?;
+            let axis = AxisId::ALL.get(key.checked_sub(*first)? as usize)?;
             Some((*table, *axis))
         });
         let Some((table, axis)) = place else { continue };
