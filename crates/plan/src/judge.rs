@@ -88,6 +88,10 @@ impl Judge for TimeJudge<'_> {
         self.stretches_s(steps, &mut |intervals| self.stretch_s(intervals))
     }
 
+    fn ideal_s(&self, steps: &[PathStep]) -> f64 {
+        self.stretches_s(steps, &mut |intervals| self.ideal_stretch_s(intervals))
+    }
+
     fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64> {
         let stops = |step: &PathStep| matches!(step, PathStep::Stop(_));
         let one = steps
@@ -204,13 +208,13 @@ impl TimeJudge<'_> {
     /// The time without a jerk limit, and that of the profile averaged over the longest window, s.
     fn bounds_s(&self, intervals: &[Interval]) -> [f64; 2] {
         [
-            self.ideal_s(intervals),
+            self.ideal_stretch_s(intervals),
             self.averaged_s(intervals, self.machine.longest_window_s()),
         ]
     }
 
     /// The time from rest to rest if jerk cost no more than one window, s.
-    fn ideal_s(&self, intervals: &[Interval]) -> f64 {
+    fn ideal_stretch_s(&self, intervals: &[Interval]) -> f64 {
         let Some(last) = intervals.last() else {
             return 0.0;
         };

@@ -370,8 +370,8 @@ impl Conditioner {
         let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
             let way = self.way(from, to)?;
             tube::curve(&way, [start, end])
-                .filter(|steady| self.curve_s(&steady.found, from, to, judge) < most_s)
                 .map(|steady| self.faster(steady, &way, [start, end], judge))
+                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
         });
         found.ok_or_else(|| {
             self.joiner = joiner;
@@ -383,16 +383,15 @@ impl Conditioner {
     fn curve_s(&self, found: &Found, from: f64, to: f64, judge: &dyn Judge) -> f64 {
         let mut curve = Vec::new();
         self.joiner.clone().lead_in_to(from, &mut curve);
-        curve.extend(
-            found
-                .pieces
-                .iter()
-                .map(|piece| PathStep::Piece(Arc::new(piece.clone()))),
-        );
+        curve.extend(found.paced().map(|piece| PathStep::Piece(Arc::new(piece))));
         if let Some(last) = self.section.last().filter(|last| to < last.length) {
             curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }
-        judge.time_s(&curve)
+        if found.speeds.is_empty() {
+            judge.time_s(&curve)
+        } else {
+            judge.ideal_s(&curve)
+        }
     }
 }
 

@@ -51,6 +51,15 @@ impl Ramp {
         self.pieces.iter().map(|piece| piece.lasts_s).sum()
     }
 
+    /// This ramp and another one from where it ends.
+    fn then(mut self, next: Ramp) -> Ramp {
+        self.pieces.extend(next.pieces);
+        Ramp {
+            pieces: self.pieces,
+            end: next.end,
+        }
+    }
+
     /// The state at a time since its start, and how long it has been over.
     pub(super) fn at(&self, mut t: f64, step_s: f64) -> (PaceState, Option<f64>) {
         for piece in &self.pieces {
@@ -297,6 +306,8 @@ const EFFORTS: [[f64; 2]; 8] = [
 /// Parts of the pace aimed at that are tried where the plan leaves no room for all of it; the rest
 /// follows with a later change.
 const GOAL_PARTS: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
+/// Parts of a fall that are left by a ramp before the one that does the rest.
+const FIRST_PARTS: [f64; 4] = [0.97, 0.9, 0.8, 0.6];
 /// Difference from a pace up to which it is reached.
 pub(super) const PACE_SLACK: f64 = 1e-6;
 
@@ -348,8 +359,16 @@ fn fall(
             break;
         }
         let Some(from) = after(wait) else { break };
-        let found = efforts(course).find_map(|effort| effort.ramp(from, target));
-        if let Some(ramp) = found {
+        let direct = efforts(course).find_map(|effort| effort.ramp(from, target));
+        // The jerk falls with the third power of the pace: where the plan leaves no room to brake at
+        // once, a little less pace makes it.
+        let in_two = FIRST_PARTS.into_iter().filter_map(|part| {
+            let goal = target + part * (from.w - target);
+            let first = efforts(course).find_map(|effort| effort.ramp(from, goal))?;
+            let then = efforts(course).find_map(|effort| effort.ramp(first.end, target))?;
+            Some(first.then(then))
+        });
+        for ramp in direct.into_iter().chain(in_two) {
             let done_s = waited_s + ramp.lasts_s();
             if best.as_ref().is_none_or(|(least, _)| done_s < *least) {
                 best = Some((done_s, Aim { wait, ramp }));

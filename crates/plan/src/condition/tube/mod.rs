@@ -72,6 +72,25 @@ pub(super) struct Found {
     pub(super) ends: Vec<HermiteEnd>,
     /// Line and parameter on it at the end of each piece.
     pub(super) places: Vec<(usize, f64)>,
+    /// Speed at both ends of each piece of the motion as which it was found; none where that was at
+    /// a steady pace.
+    pub(super) speeds: Vec<f64>,
+}
+
+impl Found {
+    /// Its pieces; those of a motion straight, at the motion's pace.
+    pub(super) fn paced(&self) -> impl Iterator<Item = Piece> {
+        self.pieces.iter().enumerate().map(|(k, piece)| {
+            let Some([from, to]) = self.speeds.get(k..k + 2) else {
+                return piece.clone();
+            };
+            Piece {
+                feed: piece.feed.min(from.max(*to)),
+                curve: Curve::line(piece.curve.start(), piece.curve.end()),
+                ..piece.clone()
+            }
+        })
+    }
 }
 
 /// The smoothest curve at a steady pace.
@@ -86,7 +105,13 @@ impl Steady {
     /// The fastest curve along the same way, or this one.
     pub(super) fn faster(self, way: &Way<'_>, ties: [Tie; 2], joints: &[LinearJoint]) -> Found {
         swing::curve(way, ties, (&self.breaks, &self.coefficients), joints)
-            .and_then(|swung| assembled(&swung.way, &swung.breaks, &swung.states))
+            .and_then(|swung| {
+                let found = assembled(&swung.way, &swung.breaks, &swung.states)?;
+                Some(Found {
+                    speeds: swung.speeds,
+                    ..found
+                })
+            })
             .unwrap_or(self.found)
     }
 }
@@ -420,6 +445,7 @@ fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Fo
         pieces: Vec::with_capacity(count),
         ends: states[1..].to_vec(),
         places: Vec::with_capacity(count),
+        speeds: Vec::new(),
     };
     let mut line = 0;
     for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {

@@ -16,6 +16,12 @@ pub(super) const ORDER: usize = 4;
 pub(super) struct Breaks(pub(super) Vec<f64>);
 
 impl Breaks {
+    /// From 0 to an end, all intervals as long as each other.
+    pub(super) fn even(end: f64, intervals: usize) -> Breaks {
+        let part = |k: usize| k as f64 / intervals as f64;
+        Breaks((0..=intervals).map(|k| end * part(k)).collect())
+    }
+
     /// How many intervals there are.
     pub(super) fn intervals(&self) -> usize {
         self.0.len().saturating_sub(1)

@@ -183,21 +183,19 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Where the thinned way leads to at a parameter, of unit length, and how far the nearest of its
-    /// vertices is.
-    pub(super) fn heading(&self, w: f64) -> (Vec3, f64) {
+    /// Where the thinned way leads to at a parameter, of unit length, or zero.
+    pub(super) fn heading(&self, w: f64) -> Vec3 {
         let next = self
             .kept
             .partition_point(|k| self.w[*k] <= w)
             .clamp(1, self.kept.len() - 1);
-        let [a, b] = [self.kept[next - 1], self.kept[next]];
-        let delta = sub(self.vertices[b], self.vertices[a]);
+        let [a, b] = [self.kept[next - 1], self.kept[next]].map(|k| self.vertices[k]);
+        let delta = sub(b, a);
         let length = norm(delta);
-        let near = (w - self.w[a]).min(self.w[b] - w).max(0.0);
         if length > 0.0 {
-            (delta.map(|d| d / length), near)
+            delta.map(|d| d / length)
         } else {
-            ([0.0; 3], 0.0)
+            [0.0; 3]
         }
     }
 

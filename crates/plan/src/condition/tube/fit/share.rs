@@ -84,7 +84,7 @@ impl<const N: usize> Share<N> {
         for i in 0..N {
             for j in i..N {
                 let own = if i == j { 1.0 } else { 0.0 };
-                let own = site.multiplier * (own - site.free_part * d[i] * d[j]);
+                let own = site.multiplier * (own - d[i] * d[j]);
                 let factor = own + stiff * e[i] * e[j];
                 for (entry, weight) in self.blocks[i][j].iter_mut().zip(&weights) {
                     *entry += factor * weight;

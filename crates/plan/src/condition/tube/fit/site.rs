@@ -1,7 +1,7 @@
 //! Places near which a spline has to pass.
 
 use crate::condition::tube::spline::{Breaks, ORDER, combined};
-use lostmotion_base::vec::{Vec3, along, dot, sub};
+use lostmotion_base::vec::{Vec3, along, dot, scale, sub};
 
 /// A place near which the spline has to pass.
 #[derive(Clone, Copy, Debug)]
@@ -11,9 +11,8 @@ pub(in crate::condition::tube) struct Site {
     pub(super) basis: [f64; ORDER],
     pub(in crate::condition::tube) place: Vec3,
     pub(super) radius: f64,
-    /// Along this direction, of unit length, a part of the square of the distance does not count.
+    /// Along this direction, of unit length or zero, the distance does not count.
     pub(super) direction: Vec3,
-    pub(super) free_part: f64,
     pub(super) multiplier: f64,
     pub(super) slack: f64,
 }
@@ -33,20 +32,14 @@ impl Site {
             place,
             radius,
             direction: [0.0; 3],
-            free_part: 0.0,
             multiplier: 0.0,
             slack: 0.0,
         }
     }
 
-    /// Lets the spline be farther away along a direction of unit length.
-    pub(in crate::condition::tube) fn sliding(self, direction: Vec3, reach: f64) -> Site {
-        let part = self.radius / (self.radius + reach);
-        Site {
-            direction,
-            free_part: 1.0 - part * part,
-            ..self
-        }
+    /// Does not count how far the spline is away along a direction of unit length, or none.
+    pub(in crate::condition::tube) fn sliding(self, direction: Vec3) -> Site {
+        Site { direction, ..self }
     }
 
     /// Allows less.
@@ -71,13 +64,14 @@ impl Site {
         )
     }
 
+    /// How the place pulls at a spline with these coefficients.
+    pub(in crate::condition::tube) fn pull(&self, coefficients: &[Vec3]) -> Vec3 {
+        scale(self.counted(&self.off(coefficients)), self.multiplier)
+    }
+
     /// What counts of an offset: its product with the offset is the square of the distance.
     pub(super) fn counted(&self, off: &Vec3) -> Vec3 {
-        along(
-            *off,
-            self.direction,
-            -self.free_part * dot(*off, self.direction),
-        )
+        along(*off, self.direction, -dot(*off, self.direction))
     }
 
     /// By how much the slack is less than what the distance leaves.

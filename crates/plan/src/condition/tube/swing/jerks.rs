@@ -45,6 +45,11 @@ impl Jerks {
         (power, but_two)
     }
 
+    /// The powers of the jerk and of the acceleration.
+    pub(super) fn powers(&self, third: &Vec3, second: &Vec3) -> [f64; 2] {
+        [self.of(&self.rows, third), self.of(&self.seconds, second)]
+    }
+
     fn of(&self, rows: &[Vec3], derivative: &Vec3) -> f64 {
         rows.iter()
             .map(|row| {

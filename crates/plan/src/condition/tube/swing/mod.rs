@@ -8,9 +8,10 @@
 
 mod jerks;
 mod shape;
+mod times;
 
 use super::fit::{Fit, Rail, Site};
-use super::spline::{Breaks, ORDER, combined};
+use super::spline::Breaks;
 use super::way::Way;
 use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie, TubeExcess};
 use jerks::Jerks;
@@ -40,31 +41,19 @@ const MAX_INTERVALS: usize = 2048;
 /// Least time, as a part of that which the feed alone takes, from which on a motion is looked for. A
 /// choice: a plan is that near to its feed anyway.
 const LEAST_OVER_FEED: f64 = 1.04;
-/// Half of the power with which the motion is found to see how long each stretch takes.
-const TIMED_HALF_POWER: u32 = 2;
-/// Half of the powers with which it is found then, each from the one before: the higher the power,
-/// the nearer the largest jerk is to the mean, and the fewer the steps of Newton's method that are
-/// too long. A choice.
+/// Half of the powers with which it is found, each from the one before: the higher the power, the
+/// nearer the largest jerk is to the mean, and the fewer the steps of Newton's method that are too
+/// long. A choice.
 const HALF_POWERS: [u32; 4] = [TIMED_HALF_POWER, 3, 4, 6];
+/// Half of the power with which the times are found.
+const TIMED_HALF_POWER: u32 = 2;
+/// How often the times are set anew. A choice: a third time changes no time by more than 0.5 %.
+const RETIMINGS: usize = 2;
 /// Part of the time at the pace that the steady curve allows that the motion has to keep to. A choice:
 /// nearer to that the plan is as often slower as faster.
 const MOST_PART: f64 = 0.98;
-/// Largest jerk of a joint, in units of its limit. A choice: where a single corner asks for more than
-/// the rest, the times are not right, and the steady curve is faster.
-const MOST_JERK: f64 = 1.15;
-/// Intervals at either end that do not count for that.
-const END_INTERVALS: usize = 3;
 /// Most of a joint's jerk that the shape may lose. A choice: with less than half the plan is faster.
 const MOST_LOST: f64 = 0.5;
-/// Intervals on either side over which the jerk counts as one. A choice: about half a corner.
-const AROUND: usize = 5;
-/// Power of the factor on the time of an interval: what one stretch wins its neighbours lose. A choice.
-const TIMED_PART: f64 = 0.6;
-/// Bounds of that factor. A choice: more of it bends the curve.
-const TIME_FACTORS: [f64; 2] = [0.8, 1.25];
-/// Part of the way to the nearest corner by which the curve may slide along its line. A choice: it
-/// stays on that line.
-const SLIDING_PART: f64 = 0.3;
 /// Sites in each interval, besides the corners. A choice, as at a steady pace.
 const SITES: usize = 2;
 /// Halvings after which the time of a vertex is known well enough: to a millionth of an interval.
@@ -94,15 +83,17 @@ pub(super) fn curve<'a>(
     let at_first_s = motion.time_s();
     let mut sites = motion.sites();
     motion.solve(&mut sites);
-    motion.pass();
-    motion.retime();
-    sites = motion.sites();
-    for half_power in HALF_POWERS {
-        motion.jerks.half_power = half_power;
+    for _ in 0..RETIMINGS {
+        motion.pass();
+        motion.retime(&sites);
+        sites = motion.sites();
         motion.solve(&mut sites);
     }
-    let most = motion.most_jerk();
-    if most > MOST_JERK || motion.time_s() * math::cbrt(most.max(1.0)) > MOST_PART * at_first_s {
+    for half_power in &HALF_POWERS[1..] {
+        motion.jerks.half_power = *half_power;
+        motion.solve(&mut sites);
+    }
+    if motion.needed_s() > MOST_PART * at_first_s {
         return None;
     }
     motion.pass();
@@ -181,11 +172,7 @@ impl<'a, 'b> Motion<'a, 'b> {
             return None;
         }
         let count = count as usize;
-        let by_time = Breaks(
-            (0..=count)
-                .map(|k| time * (k as f64 / count as f64))
-                .collect(),
-        );
+        let by_time = Breaks::even(time, count);
         let sampled = transferred(&states, breaks, &times, &by_time);
         let passed = (0..=way.legs())
             .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))
@@ -209,10 +196,9 @@ impl<'a, 'b> Motion<'a, 'b> {
                 let t = t[0] + (t[1] - t[0]) * ((part as f64 + 0.5) / SITES as f64);
                 let w = interpolated(&self.passed, self.way.parameters(), t);
                 let radius = AIMED_PART * self.way.tolerance(w);
-                let (direction, reach) = self.way.heading(w);
                 sites.push(
                     Site::new(&self.breaks, k, t, self.way.place(w), radius)
-                        .sliding(direction, SLIDING_PART * reach),
+                        .sliding(self.way.heading(w)),
                 );
             }
         }
@@ -345,84 +331,6 @@ impl<'a, 'b> Motion<'a, 'b> {
             passed[k] = from + (last - from) * ((w[k] - w[first - 1]) / span);
         }
         self.passed = passed;
-    }
-
-    /// How long it takes, s.
-    fn time_s(&self) -> f64 {
-        self.breaks.0[self.breaks.intervals()]
-    }
-
-    /// The largest jerk of a joint, in units of its limit, but for the ends: what is given there may ask
-    /// for more, on the way of a moment.
-    fn most_jerk(&self) -> f64 {
-        (END_INTERVALS..self.breaks.intervals() - END_INTERVALS)
-            .flat_map(|k| {
-                let third = combined(&self.coefficients[k..k + ORDER], &self.breaks.third(k));
-                self.joints
-                    .iter()
-                    .map(move |joint| dot(joint.per_mm, third).abs() / joint.jerk)
-            })
-            .fold(0.0, f64::max)
-    }
-
-    /// Gives each interval the time in which the motion around it takes the limits.
-    fn retime(&mut self) {
-        let states = self.breaks.states(&self.coefficients);
-        let count = self.breaks.intervals();
-        let mut factors = vec![0.0_f64; count];
-        for joint in self.joints {
-            let mut sums = vec![[0.0; 2]];
-            let mut sum = [0.0; 2];
-            for k in 0..count {
-                let width = self.breaks.0[k + 1] - self.breaks.0[k];
-                let third = combined(&self.coefficients[k..k + ORDER], &self.breaks.third(k));
-                let part = dot(joint.per_mm, third) / joint.jerk;
-                let mut power = 1.0;
-                for _ in 0..self.jerks.half_power {
-                    power *= part * part;
-                }
-                sum[0] += width * power;
-                sum[1] += width;
-                sums.push(sum);
-            }
-            for (k, factor) in factors.iter_mut().enumerate() {
-                let (from, to) = (k.saturating_sub(AROUND), (k + 1 + AROUND).min(count));
-                let mean = (sums[to][0] - sums[from][0]) / (sums[to][1] - sums[from][1]);
-                *factor = factor.max(math::pow(
-                    mean.max(0.0),
-                    1.0 / (6.0 * f64::from(self.jerks.half_power)),
-                ));
-            }
-        }
-        let others: Vec<f64> = (0..=count)
-            .map(|k| {
-                let w = interpolated(&self.passed, self.way.parameters(), self.breaks.0[k]);
-                let (v, a) = (states[k].d1.linear(), states[k].d2.linear());
-                let joints = self.joints.iter().map(|joint| {
-                    (dot(joint.per_mm, v).abs() / joint.velocity)
-                        .max((dot(joint.per_mm, a).abs() / joint.acceleration).sqrt())
-                });
-                joints.fold(norm(v) / self.way.feed(w), f64::max)
-            })
-            .collect();
-        let others = largest(&others, 1);
-        for (k, factor) in factors.iter_mut().enumerate() {
-            *factor = factor.max(others[k]).max(others[k + 1]);
-        }
-        let [least, most] = TIME_FACTORS;
-        let mut time = 0.0;
-        let mut times = vec![0.0];
-        for (k, factor) in averaged(&factors, 2).into_iter().enumerate() {
-            time += (self.breaks.0[k + 1] - self.breaks.0[k])
-                * math::pow(factor, TIMED_PART).clamp(least, most);
-            times.push(time);
-        }
-        for t in &mut self.passed {
-            *t = interpolated(&self.breaks.0, &times, *t);
-        }
-        let next = Breaks(times);
-        self.coefficients = transferred(&states, &self.breaks, &next.0, &next);
-        self.breaks = next;
     }
 }
 

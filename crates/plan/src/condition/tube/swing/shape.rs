@@ -14,6 +14,8 @@ pub(in crate::condition::tube) struct Swung<'a> {
     pub(in crate::condition::tube) way: Way<'a>,
     pub(in crate::condition::tube) breaks: Breaks,
     pub(in crate::condition::tube) states: Vec<HermiteEnd>,
+    /// The motion's speed at each break, mm/s.
+    pub(in crate::condition::tube) speeds: Vec<f64>,
 }
 
 impl<'a> Motion<'a, '_> {
@@ -69,10 +71,15 @@ impl<'a> Motion<'a, '_> {
                 (parameters[k] + rate.parameter(lengths[k], length)).min(parameters[k + 1])
             })
             .collect();
+        let slower = self.time_s() / self.needed_s();
         Some(Swung {
             way: self.way.with_parameters(passed),
             breaks: Breaks(parameters),
             states: ends,
+            speeds: states
+                .iter()
+                .map(|state| slower * norm(state.d1.linear()))
+                .collect(),
         })
     }
 
