@@ -85,11 +85,15 @@ impl Judge for TimeJudge<'_> {
     }
 
     fn time_s(&self, steps: &[PathStep]) -> f64 {
-        self.stretches_s(steps, &mut |intervals| self.stretch_s(intervals))
+        self.stretches_s(self.gathered(), steps, &mut |intervals| {
+            self.stretch_s(intervals)
+        })
     }
 
     fn ideal_s(&self, steps: &[PathStep]) -> f64 {
-        self.stretches_s(steps, &mut |intervals| self.ideal_stretch_s(intervals))
+        self.stretches_s(Intervals::new(0.0), steps, &mut |intervals| {
+            self.ideal_stretch_s(intervals)
+        })
     }
 
     fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64> {
@@ -98,7 +102,7 @@ impl Judge for TimeJudge<'_> {
             .split_last()
             .is_some_and(|(_, steps)| !steps.iter().any(stops));
         let mut out_of_reach = false;
-        let time_s = self.stretches_s(steps, &mut |intervals| {
+        let time_s = self.stretches_s(self.gathered(), steps, &mut |intervals| {
             if intervals.is_empty() {
                 return 0.0;
             }
@@ -147,13 +151,18 @@ impl Judge for TimeJudge<'_> {
 }
 
 impl TimeJudge<'_> {
-    /// Sum of the times of all stretches between two stops.
+    /// Intervals as a section has them.
+    fn gathered(&self) -> Intervals {
+        Intervals::new(self.machine.longest_window_s())
+    }
+
+    /// Sum of the times of all stretches between two stops, given what makes the intervals.
     fn stretches_s(
         &self,
+        mut builder: Intervals,
         steps: &[PathStep],
         stretch_s: &mut dyn FnMut(&[Interval]) -> f64,
     ) -> f64 {
-        let mut builder = Intervals::new(self.machine.longest_window_s());
         let (mut time, mut intervals) = (0.0, Vec::new());
         for (k, step) in steps.iter().enumerate() {
             match step {

@@ -41,10 +41,10 @@ pub(crate) trait Judge {
     /// About how long the motion along steps takes from rest to rest, s.
     fn time_s(&self, steps: &[PathStep]) -> f64;
 
-    /// The same if jerk cost no more than the longest window.
+    /// The same with each piece by itself, if jerk cost no more than the longest window.
     fn ideal_s(&self, steps: &[PathStep]) -> f64;
 
-    /// A part of the same; `None` where even a straight way as long at the same feeds takes that
+    /// A part of the time; `None` where even a straight way as long at the same feeds takes that
     /// long.
     fn time_to_beat_s(&self, steps: &[PathStep], part: f64) -> Option<f64>;
 

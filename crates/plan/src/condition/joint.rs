@@ -107,7 +107,10 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
 }
 
 /// Most that the lines of a section turn where they meet, degrees.
-const BEND_DEG: f64 = 60.1;
+const BEND_DEG: f64 = 125.1;
+/// Most that they turn in a section that has gentle bends, degrees. A choice: with sharp corners among
+/// gentle bends all of it is a curve or none.
+const GENTLE_DEG: f64 = 60.1;
 /// How far from a corner a curve leaves its lines, in units of the tolerance over the angle.
 /// Measured.
 const BEND_REACH: f64 = 120.0;
@@ -132,14 +135,27 @@ pub(super) fn bends(config: &PlannerConfig, before: &Programmed, next: &Programm
             && merge_tolerance(config, line.control).is_some()
             && is_linear(line)
     };
-    kept(before) && kept(next) && before.tool_mm == next.tool_mm && is_gentle(config, before, next)
+    kept(before)
+        && kept(next)
+        && before.tool_mm == next.tool_mm
+        && turns_within(config, before, next, BEND_DEG)
 }
 
-/// Whether lines turn little where they meet, or for no longer than the tolerance.
-fn is_gentle(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
+/// Whether lines turn no more than an angle where they meet, or for no longer than the tolerance.
+fn turns_within(
+    config: &PlannerConfig,
+    before: &Programmed,
+    next: &Programmed,
+    most_deg: f64,
+) -> bool {
     let turn = turn(before, next);
     let short = before.length.min(next.length);
-    turn <= rad(BEND_DEG) || turn * short <= tolerance(config, before, next)
+    turn <= rad(most_deg) || turn * short <= tolerance(config, before, next)
+}
+
+/// Whether moves of which one curve may take the place meet at a gentle bend, not a sharp corner.
+pub(super) fn is_gentle(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> bool {
+    turns_within(config, before, next, GENTLE_DEG)
 }
 
 /// The lesser tolerance of two moves.

@@ -21,7 +21,7 @@ use joint::Junction;
 use lostmotion_path::{Curve, HermiteEnd};
 use moves::Joiner;
 use std::sync::Arc;
-use tube::{Found, Steady, Tie, Way};
+use tube::{Found, Tie, Way};
 
 /// Lines of a section with which it is worked off. A choice: bounds memory.
 const SECTION_LINES: usize = 4096;
@@ -31,6 +31,9 @@ const SECTION_PIECES: usize = 128;
 /// Pieces at its end that are found again with what follows. A choice: the smoothest curve inside a
 /// tube forgets what follows within a few turns from side to side, of about eight pieces each.
 const HELD_PIECES: usize = 40;
+/// Pieces before the last one that may be kept among which the part that is kept ends. A choice: half
+/// a turn from side to side at least.
+const CUT_PIECES: usize = 16;
 /// Lines at which a section is looked at for the first time: how many more are needed then follows
 /// from their shape.
 const FIRST_LOOK: usize = 96;
@@ -116,9 +119,12 @@ impl Conditioner {
             self.begin(*next);
             return;
         }
-        // A line so long that its middle stays straight ends a section and begins another.
+        // A line so long that its middle stays straight ends a section and begins another; so does
+        // one between gentle bends and sharp corners.
         if let [.., before, _] = self.section.as_slice()
-            && joint::stays_straight(&self.config, before, &last, next)
+            && (joint::stays_straight(&self.config, before, &last, next)
+                || joint::is_gentle(&self.config, before, &last)
+                    != joint::is_gentle(&self.config, &last, next))
         {
             self.close(false, judge, out);
             self.rested = false;
@@ -242,7 +248,12 @@ impl Conditioner {
                 // The last move stays whole: how the curve ends on it is not known yet.
                 let last = self.section.len() - 1;
                 let before = found.places.partition_point(|(line, _)| *line < last);
-                let done = (found.pieces.len() - held).min(before);
+                let most = (found.pieces.len() - held).min(before);
+                // Where it bends least: what is given there leaves the rest the most freedom.
+                let least = most.saturating_sub(CUT_PIECES).max(1);
+                let done = (least..=most)
+                    .min_by(|a, b| found.bend(*a).total_cmp(&found.bend(*b)))
+                    .unwrap_or(0);
                 if done == 0 {
                     self.taken = taken;
                     self.due = self.held + NEXT_LOOK;
@@ -320,18 +331,9 @@ impl Conditioner {
         judge: &dyn Judge,
     ) -> Option<Found> {
         let way = self.way(from, to)?;
-        let ties = [start, end];
-        let steady = tube::curve(&way, ties)?;
-        Some(self.faster(steady, &way, ties, judge))
-    }
-
-    /// The fastest curve along the same way.
-    fn faster(&self, steady: Steady, way: &Way<'_>, ties: [Tie; 2], judge: &dyn Judge) -> Found {
-        let Some(first) = self.section.first() else {
-            return steady.found;
-        };
+        let first = self.section.first()?;
         let joints = judge.joints_at(&first.curve.start(), &first.tool_mm);
-        steady.faster(way, ties, &joints)
+        tube::curve(&way, [start, end], &joints)
     }
 
     /// The lines of the section with their tolerances.
@@ -368,9 +370,7 @@ impl Conditioner {
             FASTER_PART
         };
         let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
-            let way = self.way(from, to)?;
-            tube::curve(&way, [start, end])
-                .map(|steady| self.faster(steady, &way, [start, end], judge))
+            self.find([from, to], [start, end], judge)
                 .filter(|found| self.curve_s(found, from, to, judge) < most_s)
         });
         found.ok_or_else(|| {
@@ -383,7 +383,8 @@ impl Conditioner {
     fn curve_s(&self, found: &Found, from: f64, to: f64, judge: &dyn Judge) -> f64 {
         let mut curve = Vec::new();
         self.joiner.clone().lead_in_to(from, &mut curve);
-        curve.extend(found.paced().map(|piece| PathStep::Piece(Arc::new(piece))));
+        let pieces = found.straightened();
+        curve.extend(pieces.map(|piece| PathStep::Piece(Arc::new(piece))));
         if let Some(last) = self.section.last().filter(|last| to < last.length) {
             curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }

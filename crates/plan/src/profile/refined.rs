@@ -19,7 +19,7 @@ const WINDOW_INTERVALS: f64 = 12.0;
 /// A choice: where the direction turns, what the limits leave of the jerk changes, and one jerk for
 /// all of an interval is the least of them. With 3 degrees corners take 0.5 % longer.
 const LARGEST_TURN: f64 = 0.026;
-const MOST_BY_TURN: f64 = 4.0;
+const MOST_BY_TURN: f64 = 8.0;
 /// Shortest interval that ends where pieces meet, as a part of the usual one. A choice: where pieces
 /// are shorter the number of intervals stays.
 const LEAST_STEP: f64 = 0.35;

@@ -5,7 +5,7 @@ use crate::motion::{Knot, PathState, states};
 
 /// Steps at an end at rest that are left as they are: b(s) has no bounded derivatives there. A
 /// choice: the steps of the longest window (`WINDOW_INTERVALS`).
-const REST_STEPS: usize = 8;
+const REST_STEPS: usize = 5;
 /// Steps that are left as they are on either side of where the motion nearly stands still. A
 /// choice: enough that intervals beside them move forward.
 const SLOW_STEPS: usize = 2;

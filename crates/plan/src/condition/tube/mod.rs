@@ -7,6 +7,7 @@
 //! points, and narrowed where that leaves the tube.
 
 mod fit;
+mod paced;
 mod spline;
 mod swing;
 mod way;
@@ -14,8 +15,9 @@ mod way;
 use crate::piece::Piece;
 use fit::{Fit, Site, Squared};
 use lostmotion_base::Coords;
-use lostmotion_base::vec::{Vec3, along, dot, norm, sub};
+use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
+use paced::Paced;
 use spline::Breaks;
 pub(crate) use swing::LinearJoint;
 pub(super) use way::Way;
@@ -43,6 +45,9 @@ const HULL_HALVINGS: u32 = 3;
 /// three cost a quarter more and change no time by more than 1 %.
 const SITES: usize = 2;
 
+/// Difference of a rate from one that is rounding.
+const LENGTH_ROUNDING: f64 = 1e-9;
+
 /// How the curve begins or ends.
 // On the stack for a moment, twice a curve.
 #[allow(clippy::large_enum_variant)]
@@ -56,6 +61,31 @@ pub(super) enum Tie {
 }
 
 impl Tie {
+    /// The same with a parameter that goes as the length does.
+    fn by_length(self) -> Tie {
+        let Tie::State(state) = self else {
+            return self;
+        };
+        let (d1, d2) = (state.d1.linear(), state.d2.linear());
+        let square = dot(d1, d1);
+        let d1 = scale(d1, 1.0 / square.sqrt());
+        Tie::State(HermiteEnd {
+            d1: linear(d1),
+            d2: linear(scale(along(d2, d1, -dot(d1, d2)), 1.0 / square)),
+            ..state
+        })
+    }
+
+    /// Whether the parameter goes as the length does, but for rounding.
+    fn is_by_length(&self) -> bool {
+        let Tie::State(state) = self else {
+            return true;
+        };
+        let (d1, d2) = (state.d1.linear(), state.d2.linear());
+        (dot(d1, d1) - 1.0).abs() < LENGTH_ROUNDING
+            && dot(d1, d2).abs() < LENGTH_ROUNDING * norm(d2)
+    }
+
     fn direction(&self) -> Option<Vec3> {
         match self {
             Tie::Place => None,
@@ -72,14 +102,24 @@ pub(super) struct Found {
     pub(super) ends: Vec<HermiteEnd>,
     /// Line and parameter on it at the end of each piece.
     pub(super) places: Vec<(usize, f64)>,
-    /// Speed at both ends of each piece of the motion as which it was found; none where that was at
-    /// a steady pace.
+    /// Speed at both ends of each piece of the motion as which it was found, mm/s; none where that was
+    /// at a steady pace.
     pub(super) speeds: Vec<f64>,
 }
 
 impl Found {
-    /// Its pieces; those of a motion straight, at the motion's pace.
-    pub(super) fn paced(&self) -> impl Iterator<Item = Piece> {
+    /// The curvature where some of its pieces end, 1/mm.
+    pub(super) fn bend(&self, pieces: usize) -> f64 {
+        let Some(end) = pieces.checked_sub(1).and_then(|last| self.ends.get(last)) else {
+            return f64::INFINITY;
+        };
+        let (d1, d2) = (end.d1.linear(), end.d2.linear());
+        let square = dot(d1, d1);
+        norm(along(d2, d1, -dot(d1, d2) / square)) / square
+    }
+
+    /// Its pieces; those of a motion straight, with its speeds as feeds.
+    pub(super) fn straightened(&self) -> impl Iterator<Item = Piece> {
         self.pieces.iter().enumerate().map(|(k, piece)| {
             let Some([from, to]) = self.speeds.get(k..k + 2) else {
                 return piece.clone();
@@ -95,25 +135,11 @@ impl Found {
 
 /// The smoothest curve at a steady pace.
 #[derive(Clone, Debug)]
-pub(super) struct Steady {
-    pub(super) found: Found,
+struct Steady {
+    /// `None` where it could not be proven: it may still lead to one that can.
+    found: Option<Found>,
     breaks: Breaks,
     coefficients: Vec<Vec3>,
-}
-
-impl Steady {
-    /// The fastest curve along the same way, or this one.
-    pub(super) fn faster(self, way: &Way<'_>, ties: [Tie; 2], joints: &[LinearJoint]) -> Found {
-        swing::curve(way, ties, (&self.breaks, &self.coefficients), joints)
-            .and_then(|swung| {
-                let found = assembled(&swung.way, &swung.breaks, &swung.states)?;
-                Some(Found {
-                    speeds: swung.speeds,
-                    ..found
-                })
-            })
-            .unwrap_or(self.found)
-    }
 }
 
 /// How many pieces the curve along a way will have; 0 where there will be none.
@@ -122,8 +148,22 @@ pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
         .map_or(0, |breaks| breaks.intervals())
 }
 
-/// The curve along a way; `None` where none can be proven.
-pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Steady> {
+/// The curve along a way: the fastest one that is found, or the smoothest one; `None` where none can
+/// be proven.
+pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2], joints: &[LinearJoint]) -> Option<Found> {
+    let steady = steady(way, ties)?;
+    let start = (&steady.breaks, steady.coefficients.as_slice());
+    swing::curve(way, ties, start, joints, steady.found.is_some())
+        .and_then(|(paced, speeds)| {
+            let found = assembled(&paced.way, &paced.breaks, &paced.states)?;
+            Some(Found { speeds, ..found })
+        })
+        .or(steady.found)
+}
+
+/// The smoothest curve along a way; `None` where it is too short to have any.
+fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
+    let ties = given.map(Tie::by_length);
     let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
     let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
@@ -147,22 +187,37 @@ pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Steady> {
     }
     let fit = Fit::new(&breaks, Squared, head..count - tail);
     let mut sites = sites(way, &breaks);
+    let mut found = None;
     for round in 0..MAX_NARROWINGS {
         let settled = fit.solve(&mut coefficients, &mut sites);
         let states = breaks.states(&coefficients);
-        let excess = TubeExcess::new(way, &breaks, |k| {
-            Cubic::new(&states[k], &states[k + 1], breaks.0[k + 1] - breaks.0[k])
-        });
+        // It may begin where another one ended, whose parameter goes otherwise.
+        let paced = if given.iter().all(Tie::is_by_length) {
+            None
+        } else {
+            Some(Paced::new(
+                way,
+                &given,
+                (&breaks, &states),
+                way.parameters(),
+            )?)
+        };
+        let excess = match &paced {
+            Some(paced) => paced.excess()?,
+            None => TubeExcess::new(way, &breaks, |k| {
+                Cubic::new(&states[k], &states[k + 1], breaks.0[k + 1] - breaks.0[k])
+            }),
+        };
         if excess.is_none() {
-            return Some(Steady {
-                found: assembled(way, &breaks, &states)?,
-                breaks,
-                coefficients,
-            });
+            found = match &paced {
+                Some(paced) => assembled(&paced.way, &paced.breaks, &paced.states),
+                None => assembled(way, &breaks, &states),
+            };
+            break;
         }
         // A fit that does not settle again will not.
         if !settled && round > 0 {
-            return None;
+            break;
         }
         excess.narrow(&mut sites, round, |k, vertex| {
             let w = way.end_of(vertex.max(1) - 1);
@@ -170,7 +225,11 @@ pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2]) -> Option<Steady> {
             Site::new(&breaks, k, w, way.vertex(vertex), radius)
         });
     }
-    None
+    Some(Steady {
+        found,
+        breaks,
+        coefficients,
+    })
 }
 
 /// Sets the coefficients that an end gives, from the end inwards; returns how many. `sign` is that
@@ -447,22 +506,27 @@ fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Fo
         places: Vec::with_capacity(count),
         speeds: Vec::new(),
     };
-    let mut line = 0;
+    let mut leg = 0;
     for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
-        while way.end_of(line) <= w[0] && line + 1 < way.legs() {
-            line += 1;
+        while way.end_of(leg) <= w[0] && leg + 1 < way.legs() {
+            leg += 1;
         }
-        let first = way.line(line);
+        let curve = Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok()?;
+        let first = way.line(leg);
         let (mut feed, mut heeds) = (first.feed, first.heeds);
-        let mut marks = vec![way.mark(line, w[0])];
-        while way.end_of(line) < w[1] && line + 1 < way.legs() {
-            line += 1;
-            let next = way.line(line);
+        let (mark, mut place) = way.under(leg, &curve, [w[0], w[1]]);
+        let mut marks = vec![mark];
+        while way.end_of(leg) < w[1] && leg + 1 < way.legs() {
+            leg += 1;
+            let next = way.line(leg);
             (feed, heeds) = (feed.min(next.feed), heeds.max(next.heeds));
-            marks.push(way.mark(line, w[0]));
+            let mark;
+            (mark, place) = way.under(leg, &curve, [w[0], w[1]]);
+            marks.push(mark);
         }
+        found.places.push(place);
         found.pieces.push(Piece {
-            curve: Curve::Quintic(Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok()?),
+            curve: Curve::Quintic(curve),
             marks: [*marks.first()?, *marks.last()?],
             more: if marks.len() > 2 {
                 marks.into()
@@ -473,7 +537,6 @@ fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Fo
             heeds,
             tool_mm: first.tool_mm,
         });
-        found.places.push(way.parameter(line, w[1]));
     }
     Some(found)
 }

@@ -10,7 +10,7 @@ use super::spline::Breaks;
 use super::square_to;
 use crate::piece::{Mark, Programmed};
 use lostmotion_base::vec::{Vec3, dot, norm, sub};
-use lostmotion_path::{Curve, HermiteEnd};
+use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
@@ -267,27 +267,36 @@ impl<'a> Way<'a> {
         HermiteEnd { p, ..*state }
     }
 
-    /// Growth of the programmed parameter on leg k, per parameter of the way.
-    fn rate(&self, k: usize) -> f64 {
-        let TubeLeg { from, to, .. } = self.legs[k];
-        let span = self.w[k + 1] - self.w[k];
-        if span > 0.0 { (to - from) / span } else { 0.0 }
-    }
-
-    /// The move under leg k as it lies under a piece that begins at a parameter.
-    pub(super) fn mark(&self, k: usize, start: f64) -> Mark {
-        let rate = self.rate(k);
-        let s = self.legs[k].from + rate * (start - self.w[k]).max(0.0);
-        Mark {
-            rate,
-            ..self.line(k).mark((self.w[k] - start).max(0.0), s)
-        }
-    }
-
-    /// The move and the parameter on it, given the leg that holds it.
-    pub(super) fn parameter(&self, k: usize, w: f64) -> (usize, f64) {
+    /// The move under leg k as it lies under a piece of curve, given the parameters of the piece's
+    /// ends; and which move that is, with the parameter on it where the leg or the piece ends.
+    pub(super) fn under(
+        &self,
+        k: usize,
+        curve: &Quintic,
+        [start, end]: [f64; 2],
+    ) -> (Mark, (usize, f64)) {
         let TubeLeg { line, from, to } = self.legs[k];
-        (line, (from + self.rate(k) * (w - self.w[k])).min(to))
+        let (a, b) = (self.w[k].max(start), self.w[k + 1].min(end));
+        // The foot of what is on the curve there.
+        let foot = |w: f64| {
+            let point = curve.point((w - start).min(curve.length())).linear();
+            let (a, b) = (self.vertices[k], self.vertices[k + 1]);
+            let ab = sub(b, a);
+            let square = dot(ab, ab).max(f64::MIN_POSITIVE);
+            from + (to - from) * (dot(sub(point, a), ab) / square).clamp(0.0, 1.0)
+        };
+        let first = if self.w[k] >= start { from } else { foot(a) };
+        let last = if self.w[k + 1] <= end { to } else { foot(b) };
+        let rate = if b > a {
+            (last - first).max(0.0) / (b - a)
+        } else {
+            0.0
+        };
+        let mark = Mark {
+            rate,
+            ..self.line(k).mark(a - start, first)
+        };
+        (mark, (line, last))
     }
 
     /// Breaks of the spline; `None` where the way is too short to have any.

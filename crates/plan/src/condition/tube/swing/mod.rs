@@ -7,18 +7,17 @@
 //! and the motion is found again. What is left of it is its shape: the plan gives it the time.
 
 mod jerks;
-mod shape;
 mod times;
 
 use super::fit::{Fit, Rail, Site};
+use super::paced::Paced;
 use super::spline::Breaks;
 use super::way::Way;
-use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie, TubeExcess};
+use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie};
 use jerks::Jerks;
 use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
-use lostmotion_path::{HermiteEnd, Quintic};
-use shape::Swung;
+use lostmotion_path::HermiteEnd;
 
 /// A joint on a straight way.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +51,6 @@ const RETIMINGS: usize = 2;
 /// Part of the time at the pace that the steady curve allows that the motion has to keep to. A choice:
 /// nearer to that the plan is as often slower as faster.
 const MOST_PART: f64 = 0.98;
-/// Most of a joint's jerk that the shape may lose. A choice: with less than half the plan is faster.
-const MOST_LOST: f64 = 0.5;
 /// Sites in each interval, besides the corners. A choice, as at a steady pace.
 const SITES: usize = 2;
 /// Halvings after which the time of a vertex is known well enough: to a millionth of an interval.
@@ -72,15 +69,21 @@ struct Motion<'a, 'b> {
     passed: Vec<f64>,
 }
 
-/// The fastest curve along a way, from one that was found at a steady pace.
+/// The fastest curve along a way, from one that was found at a steady pace, with the speeds at its
+/// breaks; `None` where that is proven and about as fast.
 pub(super) fn curve<'a>(
     way: &Way<'a>,
     ties: [Tie; 2],
     steady: (&Breaks, &[Vec3]),
     joints: &[LinearJoint],
-) -> Option<Swung<'a>> {
-    let mut motion = Motion::new(way, ties, steady, joints)?;
+    is_proven: bool,
+) -> Option<(Paced<'a>, Vec<f64>)> {
+    let (mut motion, fed_s) = Motion::new(way, ties, steady, joints)?;
     let at_first_s = motion.time_s();
+    // Where the feed is the limit there is nothing to gain.
+    if is_proven && at_first_s < LEAST_OVER_FEED * fed_s {
+        return None;
+    }
     let mut sites = motion.sites();
     motion.solve(&mut sites);
     for _ in 0..RETIMINGS {
@@ -93,25 +96,18 @@ pub(super) fn curve<'a>(
         motion.jerks.half_power = *half_power;
         motion.solve(&mut sites);
     }
-    if motion.needed_s() > MOST_PART * at_first_s {
+    if is_proven && motion.needed_s() > MOST_PART * at_first_s {
         return None;
     }
     motion.pass();
     for round in 0..MAX_NARROWINGS {
-        let swung = motion.by_length()?;
-        let quintics: Option<Vec<Quintic>> = swung
-            .states
-            .windows(2)
-            .zip(swung.breaks.0.windows(2))
-            .map(|(ends, w)| Quintic::hermite(ends[0], ends[1], w[1] - w[0]).ok())
-            .collect();
-        let quintics = quintics?;
-        let excess = TubeExcess::new(&swung.way, &swung.breaks, |k| quintics[k]);
+        let states = motion.breaks.states(&motion.coefficients);
+        let paced = Paced::new(way, &ties, (&motion.breaks, &states), &motion.passed)?;
+        let excess = paced.excess()?;
         if excess.is_none() {
-            if motion.lost(&quintics) > MOST_LOST {
-                return None;
-            }
-            return Some(swung);
+            let part = 1.0 / motion.longer();
+            let speeds = states.iter().map(|state| part * norm(state.d1.linear()));
+            return Some((paced, speeds.collect()));
         }
         excess.narrow(&mut sites, round, |k, vertex| {
             let radius = AIMED_PART * way.vertex_tolerance(vertex);
@@ -132,13 +128,14 @@ pub(super) fn curve<'a>(
 }
 
 impl<'a, 'b> Motion<'a, 'b> {
-    /// The motion along a curve at about the pace that it allows.
+    /// The motion along a curve at about the pace that it allows, and how long it takes at the feed
+    /// alone, s.
     fn new(
         way: &'b Way<'a>,
         ties: [Tie; 2],
         (breaks, coefficients): (&Breaks, &[Vec3]),
         joints: &'b [LinearJoint],
-    ) -> Option<Motion<'a, 'b>> {
+    ) -> Option<(Motion<'a, 'b>, f64)> {
         let states = breaks.states(coefficients);
         let mut fed_s = 0.0;
         let slowness: Vec<f64> = breaks
@@ -158,10 +155,6 @@ impl<'a, 'b> Motion<'a, 'b> {
             time += (w[1] - w[0]) * slowness;
             times.push(time);
         }
-        // Where the feed is the limit there is nothing to gain.
-        if time < LEAST_OVER_FEED * fed_s {
-            return None;
-        }
         let jerk = joints
             .iter()
             .map(|joint| norm(joint.per_mm) / joint.jerk)
@@ -177,7 +170,7 @@ impl<'a, 'b> Motion<'a, 'b> {
         let passed = (0..=way.legs())
             .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))
             .collect();
-        Some(Motion {
+        let motion = Motion {
             way,
             ties,
             joints,
@@ -185,7 +178,8 @@ impl<'a, 'b> Motion<'a, 'b> {
             breaks: by_time,
             coefficients: sampled,
             passed,
-        })
+        };
+        Some((motion, fed_s))
     }
 
     /// Where the curve has to be near the way.

@@ -44,14 +44,40 @@ impl Motion<'_, '_> {
         self.jerks.powers(&third, &second)
     }
 
-    /// How long it would take at the limits, s: as long that the mean of what is to be least is what
-    /// a joint at its limit has.
-    pub(super) fn needed_s(&self) -> f64 {
+    /// How much longer it would take at the limits of jerk and acceleration: so that the mean of what
+    /// is to be least is what a joint at its limit has.
+    pub(super) fn longer(&self) -> f64 {
         let sum: f64 = (0..self.breaks.intervals())
             .map(|k| self.width(k) * self.powers(k).iter().sum::<f64>())
             .sum();
-        let total = self.time_s();
-        total * math::pow(self.power() * sum / total, 1.0 / (3.0 * self.power()))
+        math::pow(
+            self.power() * sum / self.time_s(),
+            1.0 / (3.0 * self.power()),
+        )
+    }
+
+    /// How long it would take at all limits, s.
+    pub(super) fn needed_s(&self) -> f64 {
+        let longer = self.longer();
+        let speeds = self.speed_parts();
+        (0..self.breaks.intervals())
+            .map(|k| self.width(k) * longer.max(0.5 * (speeds[k] + speeds[k + 1])))
+            .sum()
+    }
+
+    /// Speed at each break, in units of the least of the limits and the feed.
+    fn speed_parts(&self) -> Vec<f64> {
+        let states = self.breaks.states(&self.coefficients);
+        (0..states.len())
+            .map(|k| {
+                let w = interpolated(&self.passed, self.way.parameters(), self.breaks.0[k]);
+                let v = states[k].d1.linear();
+                let joints = self.joints.iter();
+                joints
+                    .map(|joint| dot(joint.per_mm, v).abs() / joint.velocity)
+                    .fold(norm(v) / self.way.feed(w), f64::max)
+            })
+            .collect()
     }
 
     /// What more time is worth on each interval, in units of its mean.
@@ -93,7 +119,7 @@ impl Motion<'_, '_> {
     pub(super) fn retime(&mut self, sites: &[Site]) {
         let states = self.breaks.states(&self.coefficients);
         let count = self.breaks.intervals();
-        let even = (self.needed_s() / self.time_s()).clamp(EVEN_FACTORS[0], EVEN_FACTORS[1]);
+        let even = self.longer().clamp(EVEN_FACTORS[0], EVEN_FACTORS[1]);
         // What the jerk alone asks for, as if the stretches did not touch.
         let exponent = 1.0 / (3.0 * self.power());
         let factors: Vec<f64> = self
@@ -105,16 +131,7 @@ impl Motion<'_, '_> {
             })
             .collect();
         // Speeds are limits of their own.
-        let speeds: Vec<f64> = (0..=count)
-            .map(|k| {
-                let w = interpolated(&self.passed, self.way.parameters(), self.breaks.0[k]);
-                let v = states[k].d1.linear();
-                let joints = self.joints.iter();
-                joints
-                    .map(|joint| dot(joint.per_mm, v).abs() / joint.velocity)
-                    .fold(norm(v) / self.way.feed(w), f64::max)
-            })
-            .collect();
+        let speeds = self.speed_parts();
         let speeds = largest(&speeds, 1);
         let factors: Vec<f64> = factors
             .into_iter()
@@ -142,7 +159,7 @@ mod tests {
     use super::*;
     use crate::PathControl;
     use crate::condition::tube::swing::LinearJoint;
-    use crate::condition::tube::{Tie, Way, curve};
+    use crate::condition::tube::{Tie, Way, steady};
     use crate::item::Heeds;
     use crate::piece::Programmed;
     use lostmotion_base::{BlockRef, Coords};
@@ -186,7 +203,7 @@ mod tests {
         let (lines, joints) = (zigzag(8), joints());
         let way = Way::new(&lines, 0.0, lines[7].length, &[0.01; 8]).unwrap();
         let ties = [Tie::Place, Tie::Place];
-        let steady = curve(&way, ties).unwrap();
+        let steady = steady(&way, ties).unwrap();
         let start =
             || Motion::new(&way, ties, (&steady.breaks, &steady.coefficients), &joints).unwrap();
         let mut motion = start();
