@@ -201,13 +201,14 @@ fn parts(curve: &Curve) -> usize {
 }
 
 /// Largest speed of the parameter that keeps the feed: lower where X Y Z move faster than the
-/// parameter.
+/// parameter, and higher where they alone move and are slower.
 fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     let Curve::Quintic(quintic) = &piece.curve else {
         return piece.feed;
     };
+    let by_tip = piece.goes_by_tip(&d1);
     // The tip is no faster than the parameter.
-    if d1.linear_norm() <= 1.0 {
+    if d1.linear_norm() <= 1.0 && !by_tip {
         return piece.feed;
     }
     // The hodograph lies within the hull of its control points: the longest one bounds the speed of
@@ -218,7 +219,8 @@ fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
         .zip(&y)
         .zip(&z)
         .map(|((x, y), z)| x * x + y * y + z * z);
-    piece.feed / squares.fold(1.0, f64::max).sqrt()
+    let least = if by_tip { f64::MIN_POSITIVE } else { 1.0 };
+    piece.feed / squares.fold(least, f64::max).sqrt()
 }
 
 /// Largest speed of the parameter with which the tool stays near its way between two commands. On

@@ -38,6 +38,23 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
+    /// Whether the feed counts for the tip alone, given the velocity: on a curve that moves nothing
+    /// else the parameter goes as it likes.
+    pub(crate) fn goes_by_tip(&self, velocity: &Coords) -> bool {
+        matches!(self.curve, Curve::Quintic(_)) && velocity.0[3..].iter().all(|v| *v == 0.0)
+    }
+
+    /// The speed that the feed counts for, given the velocity and the speed of the parameter: that of
+    /// the tip or the parameter, whichever is larger.
+    pub(crate) fn fed_speed(&self, velocity: &Coords, parameter: f64) -> f64 {
+        let tip = velocity.linear_norm();
+        if self.goes_by_tip(velocity) {
+            tip
+        } else {
+            tip.max(parameter)
+        }
+    }
+
     /// The move under a place on the piece, and the parameter on its curve.
     pub(crate) fn programmed(&self, local: f64) -> (Mark, f64) {
         let [first, second] = self.marks;

@@ -235,8 +235,12 @@ impl Sampler {
                 acceleration,
                 segment: mark.segment,
                 s,
-                path_speed: motion.v,
-                feed_part: velocity.linear_norm().max(motion.v) / piece.feed,
+                path_speed: if piece.goes_by_tip(&velocity) {
+                    velocity.linear_norm()
+                } else {
+                    motion.v
+                },
+                feed_part: piece.fed_speed(&velocity, motion.v) / piece.feed,
                 chord_part: 0.0,
                 heeds: piece.heeds,
                 tool_mm: piece.tool_mm,
@@ -322,25 +326,30 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<SamplePl
     let (piece, local) = stretch.here(motion.s)?;
     let (mark, s) = piece.programmed(local);
     let (tool_mm, heeds) = (piece.tool_mm, piece.heeds);
+    let program = piece
+        .curve
+        .jet(local)
+        .map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
+    let velocity = Coords(program.map(|jet| jet.0[1]));
+    let speed = piece.fed_speed(&velocity, motion.v);
     let named = Sample {
         segment: mark.segment,
         s,
         block: mark.block,
-        path_speed: motion.v,
+        path_speed: if piece.goes_by_tip(&velocity) {
+            speed
+        } else {
+            motion.v
+        },
         tool_mm,
         heeds,
         ..*sample
     };
     *sample = named;
-    let program = piece
-        .curve
-        .jet(local)
-        .map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
-    let tip = Coords(program.map(|jet| jet.0[1])).linear_norm();
     let (gone, left) = (motion.s - stretch.from, stretch.profile.to() - motion.s);
     Some(SamplePlace {
         program,
-        speed: tip.max(motion.v),
+        speed,
         feed: piece.feed,
         gone,
         left,

@@ -111,24 +111,37 @@ impl Conditioner {
             self.begin(*next);
             return;
         };
-        if !joint::bends(&self.config, &last, next) {
-            let stops = matches!(joint::joint(&self.config, &last, next), Junction::Stop);
-            self.close(stops, judge, out);
-            self.joiner.push(next, judge, out);
-            self.rested = stops;
-            self.begin(*next);
-            return;
-        }
-        // A line so long that its middle stays straight ends a section and begins another; so does
-        // one between gentle bends and sharp corners.
+        let gentle = |a: &Programmed, b: &Programmed| joint::is_gentle(&self.config, a, b);
+        let bends = joint::bends(&self.config, &last, next);
+        let mut apart = !bends;
         if let [.., before, _] = self.section.as_slice()
-            && (joint::stays_straight(&self.config, before, &last, next)
-                || joint::is_gentle(&self.config, before, &last)
-                    != joint::is_gentle(&self.config, &last, next))
+            && bends
         {
-            self.close(false, judge, out);
-            self.rested = false;
-            self.begin(last);
+            let before = *before;
+            if joint::stays_straight(&self.config, &before, &last, next) {
+                // A line so long that its middle stays straight ends a section and begins another.
+                self.close(false, judge, out);
+                self.rested = false;
+                self.begin(last);
+            } else if gentle(&before, &last) != gentle(&last, next) {
+                // Gentle bends and sharp corners are no section together, and the line between them
+                // is too short for both: the sharp corner is taken by itself.
+                let single = self.section.len() == 2 && matches!(self.taken, Taken::Open);
+                if gentle(&before, &last) {
+                    apart = true;
+                } else if single {
+                    self.section.pop();
+                    self.cut(&before, &last, judge, out);
+                } else {
+                    self.close(false, judge, out);
+                    self.rested = false;
+                    self.begin(last);
+                }
+            }
+        }
+        if apart {
+            self.cut(&last, next, judge, out);
+            return;
         }
         match self.taken {
             Taken::Moves => {
@@ -144,6 +157,21 @@ impl Conditioner {
                 }
             }
         }
+    }
+
+    /// Ends the section, and begins another one with what follows.
+    fn cut(
+        &mut self,
+        last: &Programmed,
+        next: &Programmed,
+        judge: &dyn Judge,
+        out: &mut Vec<PathStep>,
+    ) {
+        let stops = matches!(joint::joint(&self.config, last, next), Junction::Stop);
+        self.close(stops, judge, out);
+        self.joiner.push(next, judge, out);
+        self.rested = stops;
+        self.begin(*next);
     }
 
     /// Comes to rest after what was pushed so far.

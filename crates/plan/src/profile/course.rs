@@ -85,13 +85,7 @@ impl<'a> JointCourse<'a> {
     pub(super) fn on_piece(&self, s: f64) -> Option<JointPlace> {
         let (start, piece) = self.section.pieces.get(self.index)?;
         let at = piece.curve.eval(s - start);
-        let tip = at.d1.linear_norm();
-        // The feed is for the tip where that is faster than the parameter.
-        let feed = if tip > 1.0 {
-            piece.feed / tip
-        } else {
-            piece.feed
-        };
+        let feed = piece.feed / piece.fed_speed(&at.d1, 1.0).max(f64::MIN_POSITIVE);
         let chord = self.section.machine.chord.as_ref();
         if self.section.kinematics.joint_map() == JointMap::Shifted && chord.is_none() {
             return Some(JointPlace {
