@@ -189,6 +189,15 @@ pub(super) fn bent(config: &PlannerConfig, before: &Programmed, next: &Programme
         .min(ARC_REACH * (tolerance / bend.max(f64::MIN_POSITIVE)).sqrt())
 }
 
+/// The way from rest to a feed, mm, if all joints moved as the slowest of X Y Z.
+pub(super) fn run_up(config: &PlannerConfig, feed: f64) -> f64 {
+    let limits = config.limits[..3].iter().flatten();
+    let (acceleration, jerk) = limits.fold((f64::INFINITY, f64::INFINITY), |(a, j), limits| {
+        (a.min(limits.acceleration), j.min(limits.jerk))
+    });
+    0.5 * feed * (feed / acceleration + acceleration / jerk)
+}
+
 /// Whether a line is so long that its middle stays as it is.
 pub(super) fn stays_straight(
     config: &PlannerConfig,

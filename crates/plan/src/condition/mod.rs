@@ -46,6 +46,12 @@ const FASTER_PART: f64 = 0.99;
 /// The same where the section has arcs, which are what is wanted and not chords of something: a curve
 /// that leaves them for little makes the contour worse. A choice.
 const FASTER_PART_OF_ARCS: f64 = 0.98;
+/// The same where it has sharp corners: how much rounding them in time saves is overestimated where
+/// the tolerance is large. A choice.
+const FASTER_PART_OF_CORNERS: f64 = 1.02;
+/// Ways from rest to the feed over which a line may bend all along. A choice: on longer lines the
+/// motion is at its feed anyway, and a curve that begins there gets slower with a larger tolerance.
+const RUN_UPS: f64 = 3.0;
 
 /// How the section that is open is taken.
 #[derive(Clone, Debug)]
@@ -111,37 +117,24 @@ impl Conditioner {
             self.begin(*next);
             return;
         };
-        let gentle = |a: &Programmed, b: &Programmed| joint::is_gentle(&self.config, a, b);
-        let bends = joint::bends(&self.config, &last, next);
-        let mut apart = !bends;
-        if let [.., before, _] = self.section.as_slice()
-            && bends
-        {
-            let before = *before;
-            if joint::stays_straight(&self.config, &before, &last, next) {
-                // A line so long that its middle stays straight ends a section and begins another.
-                self.close(false, judge, out);
-                self.rested = false;
-                self.begin(last);
-            } else if gentle(&before, &last) != gentle(&last, next) {
-                // Gentle bends and sharp corners are no section together, and the line between them
-                // is too short for both: the sharp corner is taken by itself.
-                let single = self.section.len() == 2 && matches!(self.taken, Taken::Open);
-                if gentle(&before, &last) {
-                    apart = true;
-                } else if single {
-                    self.section.pop();
-                    self.cut(&before, &last, judge, out);
-                } else {
-                    self.close(false, judge, out);
-                    self.rested = false;
-                    self.begin(last);
-                }
-            }
-        }
-        if apart {
-            self.cut(&last, next, judge, out);
+        if !joint::bends(&self.config, &last, next) {
+            let stops = matches!(joint::joint(&self.config, &last, next), Junction::Stop);
+            self.close(stops, judge, out);
+            self.joiner.push(next, judge, out);
+            self.rested = stops;
+            self.begin(*next);
             return;
+        }
+        // A line so long that its middle stays straight ends a section and begins another; so does
+        // one between gentle bends and sharp corners.
+        let gentle = |a: &Programmed, b: &Programmed| joint::is_gentle(&self.config, a, b);
+        if let [.., before, _] = self.section.as_slice()
+            && (joint::stays_straight(&self.config, before, &last, next)
+                || gentle(before, &last) != gentle(&last, next))
+        {
+            self.close(false, judge, out);
+            self.rested = false;
+            self.begin(last);
         }
         match self.taken {
             Taken::Moves => {
@@ -157,21 +150,6 @@ impl Conditioner {
                 }
             }
         }
-    }
-
-    /// Ends the section, and begins another one with what follows.
-    fn cut(
-        &mut self,
-        last: &Programmed,
-        next: &Programmed,
-        judge: &dyn Judge,
-        out: &mut Vec<PathStep>,
-    ) {
-        let stops = matches!(joint::joint(&self.config, last, next), Junction::Stop);
-        self.close(stops, judge, out);
-        self.joiner.push(next, judge, out);
-        self.rested = stops;
-        self.begin(*next);
     }
 
     /// Comes to rest after what was pushed so far.
@@ -331,7 +309,7 @@ impl Conditioner {
         };
         let spent = self.joiner.spent();
         let bent = joint::bent(&self.config, first, next);
-        if self.rested && spent == 0.0 && bent > first.length {
+        if self.rested && spent == 0.0 && bent > first.length && self.is_run_up(first) {
             return (0.0, Tie::Place);
         }
         let bent = bent.min(0.5 * first.length);
@@ -345,11 +323,17 @@ impl Conditioner {
             return (0.0, Tie::Place);
         };
         let bent = joint::bent(&self.config, before, last);
-        if rests && bent > last.length {
+        if rests && bent > last.length && self.is_run_up(last) {
             return (last.length, Tie::Place);
         }
         let bent = bent.min(0.5 * last.length);
         (bent, Tie::State(last.state(bent)))
+    }
+
+    /// Whether a line from or to rest is over soon after the motion is at its feed: then all of it may
+    /// bend, since the curve begins and ends in any direction.
+    fn is_run_up(&self, line: &Programmed) -> bool {
+        line.length < RUN_UPS * joint::run_up(&self.config, line.feed)
     }
 
     fn find(
@@ -392,10 +376,14 @@ impl Conditioner {
             .section
             .iter()
             .any(|of| matches!(of.curve, Curve::Arc(_)));
-        let part = if arcs {
-            FASTER_PART_OF_ARCS
-        } else {
-            FASTER_PART
+        let sharp = !self
+            .section
+            .windows(2)
+            .all(|pair| joint::is_gentle(&self.config, &pair[0], &pair[1]));
+        let part = match (arcs, sharp) {
+            (true, _) => FASTER_PART_OF_ARCS,
+            (false, true) => FASTER_PART_OF_CORNERS,
+            (false, false) => FASTER_PART,
         };
         let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
             self.find([from, to], [start, end], judge)

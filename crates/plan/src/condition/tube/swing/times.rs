@@ -204,8 +204,10 @@ mod tests {
         let way = Way::new(&lines, 0.0, lines[7].length, &[0.01; 8]).unwrap();
         let ties = [Tie::Place, Tie::Place];
         let steady = steady(&way, ties).unwrap();
-        let start =
-            || Motion::new(&way, ties, (&steady.breaks, &steady.coefficients), &joints).unwrap();
+        let start = || {
+            let from = (&steady.breaks, steady.coefficients.as_slice());
+            Motion::new(&way, ties, from, &joints).unwrap().0
+        };
         let mut motion = start();
         let mut sites = motion.sites();
         assert!(motion.solve(&mut sites));
