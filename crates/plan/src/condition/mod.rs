@@ -330,10 +330,11 @@ impl Conditioner {
         (bent, Tie::State(last.state(bent)))
     }
 
-    /// Whether a line from or to rest is over soon after the motion is at its feed: then all of it may
-    /// bend, since the curve begins and ends in any direction.
+    /// Whether a move from or to rest is over soon after the motion is at its feed: then all of it may
+    /// bend, since the curve begins and ends in any direction. An arc may anyway: it bends itself.
     fn is_run_up(&self, line: &Programmed) -> bool {
-        line.length < RUN_UPS * joint::run_up(&self.config, line.feed)
+        matches!(line.curve, Curve::Arc(_))
+            || line.length < RUN_UPS * joint::run_up(&self.config, line.feed)
     }
 
     fn find(
