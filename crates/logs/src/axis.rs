@@ -333,7 +333,8 @@ fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut 
         }
         for jump in &found {
             said.push(format!(
-                "line {}: the {role}'s position jumps by {:.4}: rows are missing, or it was set",
+                "{} {}: the {role}'s position jumps by {:.4}: rows are missing, or it was set",
+                track.counted,
                 track.line.get(jump.row).copied().unwrap_or_default(),
                 jump.size
             ));
