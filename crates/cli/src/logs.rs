@@ -44,7 +44,7 @@ pub(crate) struct LogRows {
     /// Last time taken, s of the log
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(crate) to: Option<f64>,
-    /// Most rows taken, from the first time on: 400000 unless told
+    /// Most rows taken, from the first time on: 200000 unless told
     #[arg(long, value_name = "N")]
     pub(crate) rows: Option<usize>,
     /// Most memory for a log that is no text, in MB: the whole of a Parquet file, a chunk of an MCAP
