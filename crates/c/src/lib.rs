@@ -15,6 +15,7 @@ pub mod failure;
 pub mod fit;
 mod handle;
 pub mod machine;
+mod planned;
 pub mod program;
 pub mod rows;
 pub mod run;

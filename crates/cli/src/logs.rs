@@ -18,8 +18,8 @@ const MISSING_FROM: f64 = 1.75;
 /// A measured log.
 #[derive(Debug, Args)]
 pub(crate) struct LogInput {
-    /// Log of an axis: HALscope, halsampler, TwinCAT Scope, Sinumerik trace, TNCscope, camonitor, or
-    /// any table (columns t_s, motor_mm, load_mm, current_a are known by their names)
+    /// Log of an axis: HALscope, halsampler, TwinCAT Scope, Sinumerik trace, TNCscope, camonitor,
+    /// Parquet, MCAP, or any table (columns t_s, motor_mm, load_mm, current_a are known by their names)
     pub(crate) log: PathBuf,
     /// What a column is: time, command, motor, load, current, torque or force, by its name in the
     /// log or its number: motor=NAME,unit=um,sign=-,scale=2; may be repeated
@@ -44,9 +44,13 @@ pub(crate) struct LogRows {
     /// Last time taken, s of the log
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(crate) to: Option<f64>,
-    /// Most rows taken, from the first time on: 400000 unless told
+    /// Most rows taken, from the first time on: 200000 unless told
     #[arg(long, value_name = "N")]
     pub(crate) rows: Option<usize>,
+    /// Most memory for a log that is no text, in MB: the whole of a Parquet file, a chunk of an MCAP
+    /// file
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_memory_mb: u32,
 }
 
 impl LogRows {
@@ -55,6 +59,7 @@ impl LogRows {
         ReadOptions {
             period_s: self.period_ms.map(|period| 1e-3 * period),
             tagged: self.tagged,
+            max_bytes: (self.max_memory_mb as usize).saturating_mul(1 << 20),
             ..ReadOptions::default()
         }
     }

@@ -12,8 +12,9 @@ use std::io::BufRead;
 
 /// Fewest rows of a log: velocity and acceleration are taken by differences.
 pub(crate) const FEWEST_ROWS: usize = 3;
-/// Most rows that are taken where the caller does not say otherwise: some 25 MB with five channels.
-pub(crate) const DEFAULT_ROWS: usize = 400_000;
+/// Most rows that are taken where the caller does not say otherwise. A choice: a log of any size is
+/// read and fitted in 64 MiB.
+pub(crate) const DEFAULT_ROWS: usize = 200_000;
 
 /// What to take of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -333,7 +334,8 @@ fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut 
         }
         for jump in &found {
             said.push(format!(
-                "line {}: the {role}'s position jumps by {:.4}: rows are missing, or it was set",
+                "{} {}: the {role}'s position jumps by {:.4}: rows are missing, or it was set",
+                track.counted,
                 track.line.get(jump.row).copied().unwrap_or_default(),
                 jump.size
             ));

@@ -5,6 +5,8 @@
 pub(crate) struct Track {
     pub(crate) time_s: Vec<f64>,
     pub(crate) line: Vec<u64>,
+    /// What the lines are called in messages.
+    pub(crate) counted: &'static str,
     /// One column for each channel that was asked for.
     pub(crate) columns: Vec<Vec<f64>>,
 }
@@ -87,6 +89,7 @@ pub(crate) fn on_one_clock(tracks: &[Track]) -> Track {
     let mut merged = Track {
         time_s: rows.iter().map(|&row| base.time_s[row]).collect(),
         line: rows.iter().map(|&row| base.line[row]).collect(),
+        counted: base.counted,
         columns: Vec::new(),
     };
     for (place, track) in tracks.iter().enumerate() {
@@ -126,6 +129,7 @@ mod tests {
         let time_s: Vec<f64> = (0..rows).map(|row| row as f64 * period).collect();
         Track {
             line: (0..rows as u64).collect(),
+            counted: "line",
             columns: vec![time_s.iter().map(|&t| of(t)).collect()],
             time_s,
         }

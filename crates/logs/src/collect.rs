@@ -75,7 +75,8 @@ pub(crate) fn collect(
                     row.time_s
                 ),
                 "rows have to be in order of time, none twice",
-            ));
+            )
+            .counting(header.format.counted()));
         }
         if row.time_s < part.from_s {
             continue;
@@ -128,6 +129,7 @@ pub(crate) fn collect(
         ));
         merged
     };
+    merged.counted = header.format.counted();
     if scale != 1.0 {
         merged.time_s.iter_mut().for_each(|time| *time *= scale);
     }

@@ -5,7 +5,7 @@ use lostmotion_base::text::shortened;
 /// Longest piece of a file shown in a message, characters. A choice: most of a terminal's line.
 const LONGEST_SHOWN: usize = 60;
 
-/// A log that could not be read. Lines count from 1.
+/// A log that could not be read. Lines, rows and messages count from 1.
 ///
 /// ```
 /// use lostmotion_logs::{LogReader, ReadOptions};
@@ -39,10 +39,12 @@ pub enum LogError {
         hint: String,
     },
     /// Something about one line.
-    #[error("{name}, line {line}: {what}{}", hinted(hint))]
+    #[error("{name}, {counted} {line}: {what}{}", hinted(hint))]
     Line {
         /// The file's name.
         name: String,
+        /// What is counted: line, row or message.
+        counted: &'static str,
         /// The line.
         line: u64,
         /// What is wrong.
@@ -52,12 +54,14 @@ pub enum LogError {
     },
     /// A cell that is not what it has to be.
     #[error(
-        "{name}, line {line}, column `{column}`: `{value}` {what}{}",
+        "{name}, {counted} {line}, column `{column}`: `{value}` {what}{}",
         hinted(hint)
     )]
     Cell {
         /// The file's name.
         name: Box<str>,
+        /// What is counted: line, row or message.
+        counted: &'static str,
         /// Line of the row.
         line: u64,
         /// Name of the column.
@@ -96,10 +100,20 @@ impl LogError {
     ) -> LogError {
         LogError::Line {
             name: name.to_owned(),
+            counted: "line",
             line,
             what: what.into(),
             hint: hint.into(),
         }
+    }
+
+    /// The same in a log that has no lines.
+    pub(crate) fn counting(mut self, what: &'static str) -> LogError {
+        match &mut self {
+            LogError::Line { counted, .. } | LogError::Cell { counted, .. } => *counted = what,
+            LogError::Io { .. } | LogError::File { .. } => {}
+        }
+        self
     }
 
     pub(crate) fn cell(
@@ -112,6 +126,7 @@ impl LogError {
     ) -> LogError {
         LogError::Cell {
             name: name.into(),
+            counted: "line",
             line,
             column: column.into(),
             value: shortened(value, LONGEST_SHOWN).into(),

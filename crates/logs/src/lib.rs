@@ -28,18 +28,30 @@
 //! | Heidenhain TNCscope | `%TNCscope` in line 1 | first column, us |
 //! | EPICS camonitor | name, date, time, value | a stamp a line |
 //! | Klipper, Duet accelerometers | their headers | a column; rate in the last line |
+//! | Parquet (feature `parquet`) | `PAR1` | a column called time, or the one column of points in time |
+//! | MCAP (feature `mcap`) | its first bytes | when each message was logged |
 //! | any other table | a header above columns of numbers | a column called time, or the period that the caller gives |
 
 mod accelerometer;
 mod axis;
 mod ballbar;
 mod camonitor;
+#[cfg(feature = "mcap")]
+mod cdr;
 mod clocks;
 mod collect;
 mod error;
 mod halsampler;
 mod halscope;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "mcap")]
+mod mcap_records;
 mod motion;
+#[cfg(feature = "parquet")]
+mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
 mod positions;
 mod reader;
 mod roles;

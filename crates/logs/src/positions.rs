@@ -444,11 +444,16 @@ fn mend(track: &mut Track, assigned: &[Assigned], angles: &[bool], said: &mut Ve
                 jump.size
             };
             said.push(format!(
-                "line {}: axis {} jumps by {shown:.4} {}{}: rows are missing, or it was commanded so",
+                "{} {}: axis {} jumps by {shown:.4} {}{}: rows are missing, or it was commanded so",
+                track.counted,
                 track.line.get(jump.row).copied().unwrap_or_default(),
                 other.role,
                 if is_angle { "deg" } else { "mm" },
-                if found.len() > 1 { format!(", and {} times more", found.len() - 1) } else { String::new() },
+                if found.len() > 1 {
+                    format!(", and {} times more", found.len() - 1)
+                } else {
+                    String::new()
+                },
             ));
         }
     }

@@ -1,6 +1,10 @@
 //! One log, whatever its format: recognised from its first bytes, read row by row.
 
 use crate::error::LogError;
+#[cfg(feature = "mcap")]
+use crate::mcap;
+#[cfg(feature = "parquet")]
+use crate::parquet;
 use crate::source::{Format, Head, Header, Input, ReadOptions, Row, Source};
 use crate::text::Lines;
 use crate::{accelerometer, camonitor, halsampler, halscope, sinumerik, table, tncscope, twincat};
@@ -54,6 +58,17 @@ impl<'a> LogReader<'a> {
                 name: name.to_owned(),
                 source,
             })?;
+        #[cfg(feature = "parquet")]
+        if head.starts_with(parquet::MAGIC) {
+            let (header, source) = parquet::open(head.chain(input), name, options)?;
+            return Ok(Self::of(name, header, source));
+        }
+        #[cfg(feature = "mcap")]
+        if head.starts_with(mcap::MAGIC) {
+            let input: Input<R> = Cursor::new(head).chain(input);
+            let (header, source) = mcap::open(input, name, options)?;
+            return Ok(Self::of(name, header, source));
+        }
         let whole = head.len() < HEAD_BYTES;
         let seen = Head::new(&head, whole);
         refuse_others(name, &head, &seen)?;
@@ -187,8 +202,16 @@ fn refuse_others(name: &str, head: &[u8], seen: &Head) -> Result<(), LogError> {
     let known: &[(&[u8], &str, &str)] = &[
         (b"\xff\xfe", "UTF-16 text", "save it as UTF-8"),
         (b"\xfe\xff", "UTF-16 text", "save it as UTF-8"),
-        (b"PAR1", "Parquet", "convert it to CSV"),
-        (b"\x89MCAP", "MCAP", "convert it to CSV"),
+        (
+            b"PAR1",
+            "Parquet, which this build does not read",
+            "build it with the feature parquet, or convert the log to CSV",
+        ),
+        (
+            b"\x89MCAP",
+            "MCAP, which this build does not read",
+            "build it with the feature mcap, or convert the log to CSV",
+        ),
         (b"\x1f\x8b", "compressed (gzip)", "decompress it first"),
         (
             b"PK\x03\x04",

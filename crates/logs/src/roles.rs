@@ -1,7 +1,7 @@
 //! Which channel is what: told by the caller, or by the names that controls give.
 
 use crate::error::LogError;
-use crate::source::{Format, Header};
+use crate::source::{Format, Header, ReadOptions};
 use crate::unit::{Quantity, Unit, stem};
 use lostmotion_base::AxisId;
 use lostmotion_base::text::shortened;
@@ -10,6 +10,17 @@ use std::str::FromStr;
 
 /// Longest list of names in a message, characters.
 const LONGEST_SHOWN: usize = 240;
+
+/// Names of a column of times, without their unit.
+const TIME_NAMES: &[&str] = &[
+    "t",
+    "time",
+    "zeit",
+    "timestamp",
+    "elapsed",
+    "elapsed time",
+    "zeitstempel",
+];
 
 /// What a channel is of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -190,6 +201,83 @@ fn role_of(format: Format, name: &str) -> Option<Role> {
         "torque" | "acttorque" => Some(Role::Torque),
         _ => None,
     })
+}
+
+/// What is wrong with a choice, and what to do.
+type Refusal = (String, &'static str);
+
+/// The column of times: the one that the caller names, or the one whose name tells it; none where
+/// rows have a period instead.
+pub(crate) fn time_among(
+    names: &[String],
+    options: &ReadOptions,
+) -> Result<Option<usize>, Refusal> {
+    if let Some(wanted) = &options.time_column {
+        let found = names.iter().position(|name| name == wanted);
+        let found = found.or_else(|| numbered(wanted, names.len()));
+        return found.map(Some).ok_or_else(|| {
+            let listed = shortened(&names.join(", "), LONGEST_SHOWN);
+            let what = format!("there is no column `{wanted}`; the columns are: {listed}");
+            (what, "")
+        });
+    }
+    if options.period_s.is_some() {
+        return Ok(None);
+    }
+    let is_time = |name: &&String| TIME_NAMES.contains(&stem(name).as_str());
+    let mut found = names.iter().filter(is_time);
+    let (one, two) = (found.next(), found.next());
+    if let (Some(one), Some(two)) = (one, two) {
+        let what = if one == two {
+            format!("there are two columns `{one}`")
+        } else {
+            format!("both `{one}` and `{two}` could be the time")
+        };
+        return Err((what, "name one with --column time=NAME"));
+    }
+    Ok(names.iter().position(|name| is_time(&name)))
+}
+
+/// The time between two rows of a log without a column of times.
+pub(crate) fn period_s(names: &[String], options: &ReadOptions) -> Result<f64, Refusal> {
+    options.period_s.ok_or_else(|| {
+        let listed = shortened(&names.join(", "), LONGEST_SHOWN);
+        let what = format!("there is no column of times such as `t_s`; the columns are: {listed}");
+        (
+            what,
+            "name it with --column time=NAME,unit=ms, or give the time between rows with --period-ms",
+        )
+    })
+}
+
+/// The unit of a column of times: as the caller, the log (`told`) or the name tells it.
+pub(crate) fn time_unit(
+    name: &str,
+    told: Option<Unit>,
+    options: &ReadOptions,
+    said: &mut Vec<String>,
+) -> Result<Unit, Refusal> {
+    let told = options.time_unit.or(told);
+    let unit = match told.or_else(|| Unit::in_name(name)) {
+        Some(unit) => unit,
+        None => {
+            said.push(format!(
+                "`{name}` is taken for seconds: its unit is not told"
+            ));
+            Unit::S
+        }
+    };
+    if unit.quantity != Quantity::Time {
+        let what = format!("the unit of the time `{name}` is {unit}");
+        return Err((what, "a time is in s, ms, us or ns"));
+    }
+    Ok(unit)
+}
+
+/// A column called by its number, from 1.
+fn numbered(name: &str, columns: usize) -> Option<usize> {
+    let number: usize = name.parse().ok()?;
+    (1..=columns).contains(&number).then(|| number - 1)
 }
 
 /// A channel in its role.

@@ -34,6 +34,21 @@ pub enum Format {
     DuetAccelerometer,
     /// Any other table.
     Table,
+    /// Apache Parquet.
+    Parquet,
+    /// MCAP, the container of robotics tools.
+    Mcap,
+}
+
+impl Format {
+    /// What its rows are called where they are counted.
+    pub(crate) fn counted(self) -> &'static str {
+        match self {
+            Format::Parquet => "row",
+            Format::Mcap => "message",
+            _ => "line",
+        }
+    }
 }
 
 impl fmt::Display for Format {
@@ -50,12 +65,14 @@ impl fmt::Display for Format {
             Format::KlipperAccelerometer => "Klipper accelerometer",
             Format::DuetAccelerometer => "RepRapFirmware accelerometer",
             Format::Table => "table",
+            Format::Parquet => "Parquet",
+            Format::Mcap => "MCAP",
         })
     }
 }
 
 /// What a log does not say of itself.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
     /// Time between two rows, s, for logs without times.
     pub period_s: Option<f64>,
@@ -66,6 +83,25 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// Unit of that column, where its name does not tell it.
     pub time_unit: Option<Unit>,
+    /// Most bytes of a log that are held at once: the whole of a Parquet file, a chunk of an MCAP
+    /// file. Text is read line by line and needs none of it.
+    pub max_bytes: usize,
+}
+
+/// [`ReadOptions::max_bytes`] where the caller does not say otherwise. A choice: a log of 1 GB is
+/// read with so much memory.
+const DEFAULT_MAX_BYTES: usize = 64 << 20;
+
+impl Default for ReadOptions {
+    fn default() -> ReadOptions {
+        ReadOptions {
+            period_s: None,
+            tagged: None,
+            time_column: None,
+            time_unit: None,
+            max_bytes: DEFAULT_MAX_BYTES,
+        }
+    }
 }
 
 /// One channel of a log.
@@ -103,7 +139,7 @@ impl Header {
 /// One sample of the channels of one clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Line of the log.
+    /// Line of the log; of logs without lines the number of the row or message.
     pub line: u64,
     /// Time, s; of logs whose rate comes last the number of the row ([`crate::LogReader::time_scale_s`]).
     pub time_s: f64,

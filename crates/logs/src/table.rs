@@ -1,28 +1,16 @@
 //! Tables of any kind: separator, decimal mark, header and units are found from the first lines.
 
 use crate::error::LogError;
+use crate::roles::{period_s, time_among, time_unit};
 use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
 use crate::text::{Lines, Separator, no_number, number};
 use crate::time::{between_s, clock_s, stamp};
-use crate::unit::{Quantity, Unit, stem};
-use lostmotion_base::text::shortened;
+use crate::unit::Unit;
 use std::borrow::Cow;
 use std::io::BufRead;
 
 /// Lines that the layout is found from. A choice.
 const MAX_LAYOUT_LINES: usize = 200;
-/// Longest list of names in a message, characters.
-const LONGEST_SHOWN: usize = 180;
-/// Names of a column of times, without their unit.
-const TIME_NAMES: &[&str] = &[
-    "t",
-    "time",
-    "zeit",
-    "timestamp",
-    "elapsed",
-    "elapsed time",
-    "zeitstempel",
-];
 /// Seconds in half a day: a time of day that falls by more went past midnight.
 const HALF_DAY_S: f64 = 43_200.0;
 
@@ -275,53 +263,10 @@ fn time_column<R: BufRead>(
     header_line: u64,
     said: &mut Vec<String>,
 ) -> Result<(Option<usize>, TimeKind), LogError> {
-    let listed = || shortened(&names.join(", "), LONGEST_SHOWN);
-    let column = match &options.time_column {
-        Some(wanted) => {
-            let found = names.iter().position(|name| name == wanted);
-            let Some(found) = found.or_else(|| numbered(wanted, names.len())) else {
-                let what = format!(
-                    "there is no column `{wanted}`; the columns are: {}",
-                    listed()
-                );
-                return Err(LogError::line(lines.name(), header_line, what, ""));
-            };
-            Some(found)
-        }
-        None if options.period_s.is_some() => None,
-        None => {
-            let is_time = |name: &String| TIME_NAMES.contains(&stem(name).as_str());
-            let mut found = names.iter().enumerate().filter(|(_, name)| is_time(name));
-            let (one, two) = (found.next(), found.next());
-            if let (Some((_, one)), Some((_, two))) = (one, two) {
-                let what = if one == two {
-                    format!("there are two columns `{one}`")
-                } else {
-                    format!("both `{one}` and `{two}` could be the time")
-                };
-                return Err(LogError::line(
-                    lines.name(),
-                    header_line,
-                    what,
-                    "name one with --column time=NAME",
-                ));
-            }
-            one.map(|(index, _)| index)
-        }
-    };
-    let Some(column) = column else {
-        let Some(period_s) = options.period_s else {
-            let what = format!(
-                "there is no column of times such as `t_s`; the columns are: {}",
-                listed()
-            );
-            return Err(LogError::line(
-                lines.name(),
-                header_line,
-                what,
-                "name it with --column time=NAME,unit=ms, or give the time between rows with --period-ms",
-            ));
-        };
+    let refused =
+        |(what, hint): (String, &str)| LogError::line(lines.name(), header_line, what, hint);
+    let Some(column) = time_among(names, options).map_err(refused)? else {
+        let period_s = period_s(names, options).map_err(refused)?;
         said.push(format!("rows are taken to be {} ms apart", 1e3 * period_s));
         return Ok((None, TimeKind::Rows(period_s)));
     };
@@ -333,34 +278,9 @@ fn time_column<R: BufRead>(
     if clock_s(cell).is_some() && number(cell, layout.decimal).is_none() {
         return Ok((Some(column), TimeKind::Clock));
     }
-    let told = options
-        .time_unit
-        .or_else(|| units.get(column).copied().flatten());
-    let unit = match told.or_else(|| Unit::in_name(name)) {
-        Some(unit) => unit,
-        None => {
-            said.push(format!(
-                "`{name}` is taken for seconds: its unit is not told"
-            ));
-            Unit::S
-        }
-    };
-    if unit.quantity != Quantity::Time {
-        let what = format!("the unit of the time `{name}` is {unit}");
-        return Err(LogError::line(
-            lines.name(),
-            header_line,
-            what,
-            "a time is in s, ms, us or ns",
-        ));
-    }
+    let told = units.get(column).copied().flatten();
+    let unit = time_unit(name, told, options, said).map_err(refused)?;
     Ok((Some(column), TimeKind::Number(unit.factor)))
-}
-
-/// A column called by its number, from 1.
-fn numbered(name: &str, columns: usize) -> Option<usize> {
-    let number: usize = name.parse().ok()?;
-    (1..=columns).contains(&number).then(|| number - 1)
 }
 
 struct Table<R> {

@@ -11,6 +11,7 @@
 
 use crate::findings;
 use lostmotion_base::names::did_you_mean;
+use lostmotion_sim::measure::Measurements;
 use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recorded::results::RecordCheck;
 use lostmotion_sim::results::{Run, SingleRun};
@@ -39,13 +40,15 @@ pub enum Document {
     Compensate,
     /// Answer of `ballbar --format json`.
     Ballbar,
+    /// Answer of `machine check --measure --json`.
+    Measure,
     /// What is found in a part program: `--diagnostics json`.
     Findings,
 }
 
 impl Document {
     /// All of them.
-    pub const ALL: [Document; 8] = [
+    pub const ALL: [Document; 9] = [
         Document::Simulation,
         Document::Comparison,
         Document::Time,
@@ -53,6 +56,7 @@ impl Document {
         Document::Recommend,
         Document::Compensate,
         Document::Ballbar,
+        Document::Measure,
         Document::Findings,
     ];
 
@@ -66,6 +70,7 @@ impl Document {
             Document::Recommend => "recommend",
             Document::Compensate => "compensate",
             Document::Ballbar => "ballbar",
+            Document::Measure => "measure",
             Document::Findings => "findings",
         }
     }
@@ -80,6 +85,7 @@ impl Document {
             Document::Recommend => "recommend --format json",
             Document::Compensate => "compensate --format json",
             Document::Ballbar => "ballbar --format json",
+            Document::Measure => "machine check --measure --json",
             Document::Findings => "--diagnostics json, check and lint --format json",
         }
     }
@@ -119,6 +125,7 @@ pub fn schema(document: Document) -> Schema {
         Document::Recommend => of::<ControlSettings>(document),
         Document::Compensate => of::<Rewritten>(document),
         Document::Ballbar => of::<BallbarAnswer>(document),
+        Document::Measure => of::<Measurements>(document),
         Document::Findings => of::<findings::Findings<'static>>(document),
     }
 }

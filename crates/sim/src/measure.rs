@@ -9,16 +9,16 @@
 
 use crate::error::SimError;
 use crate::machine::{Machine, MachineAxis};
+use crate::observer::{MotorPoint, Observer};
 use crate::options::SimulateOptions;
 use crate::program::Program;
-use crate::results::Run;
 use crate::simulation::Simulation;
 use crate::testpart::{TestKind, TestOptions, program};
 use lostmotion_base::AxisId;
 use lostmotion_drive::config::{Gap, Load, Reflected};
 use lostmotion_methods::{AxisConfig, Misled, Told, USUAL_SHARE};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Version of [`Measurements`].
 pub const MEASURE_SCHEMA: u32 = 1;
@@ -147,6 +147,7 @@ impl Default for MeasureOptions {
 
 /// One value that is worth measuring.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Measurement {
     /// Letter of the axis.
@@ -172,6 +173,7 @@ pub struct Measurement {
 
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Measurements {
     /// Version of this form, [`MEASURE_SCHEMA`].
@@ -290,17 +292,16 @@ pub fn measurements(
             &own
         }
     };
-    let simulate = |machine: &Machine| -> Result<Run, SimError> {
-        Simulation::new(part, machine)
-            .options(options.clone())
-            .run()
-    };
-    let first = simulate(machine)?;
+    let mut moving = Moving::default();
+    let first = Simulation::new(part, machine).options(options.clone());
+    let first = first.observer(&mut moving).run()?;
     let described = first
         .first()
         .map(|result| (result.cutting.max, result.cutting.rms));
     let (max_um, rms_um) = described.unwrap_or_default();
-    let axes: Vec<&MachineAxis> = machine.axes().iter().collect();
+    // An axis that stands still has no error that its values could change.
+    let axes = machine.axes().iter();
+    let axes: Vec<&MachineAxis> = axes.filter(|axis| moving.axes.contains(&axis.id)).collect();
     let most = 1 + 2 * axes.len() * Value::ALL.len();
     let duration = first.plan.duration_s;
     if duration * most as f64 > wanted.max_motion_s {
@@ -335,7 +336,10 @@ pub fn measurements(
                 if config.check().is_err() {
                     continue;
                 }
-                let run = simulate(&machine.with_axis_config(axis.id, &config))?;
+                let changed = machine.with_axis_config(axis.id, &config);
+                let run = Simulation::new(part, &changed)
+                    .options(options.clone())
+                    .run()?;
                 answer.runs += 1;
                 answer.motion_s += run.plan.duration_s;
                 let result = run.first().filter(|result| result.stop.is_none());
@@ -363,6 +367,28 @@ pub fn measurements(
     }
     rank(&mut answer);
     Ok(answer)
+}
+
+/// The axes that move in a run.
+#[derive(Default)]
+struct Moving {
+    /// Where each reference was first.
+    first: BTreeMap<AxisId, f64>,
+    axes: BTreeSet<AxisId>,
+}
+
+impl Observer for Moving {
+    fn wants_motors(&self) -> bool {
+        true
+    }
+
+    fn motors(&mut self, _: usize, points: &[MotorPoint]) {
+        for point in points {
+            if *self.first.entry(point.axis).or_insert(point.reference) != point.reference {
+                self.axes.insert(point.axis);
+            }
+        }
+    }
 }
 
 /// By what a value may be too large and too small.

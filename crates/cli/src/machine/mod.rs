@@ -56,6 +56,7 @@ pub(crate) struct CheckMachine {
     /// Say, too, what to measure first: the five values that change the contour error on a part
     /// most when they are off by what they may be off (30 %; a guess a factor of 2); on a circle of
     /// 10 mm if no part is given. One simulation, and two for each of six values of each axis
+    /// that moves
     #[arg(long, value_name = "PART", value_hint = ValueHint::FilePath, num_args = 0..=1)]
     measure: Option<Option<PathBuf>>,
     /// Longest motion of all these simulations together, s

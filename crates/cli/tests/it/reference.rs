@@ -341,6 +341,18 @@ fn documents_follow_their_published_schemas() {
         ),
         ("time", 0, &["time", "circle.ngc", "--format", "json"]),
         (
+            "measure",
+            0,
+            &[
+                "machine",
+                "check",
+                "vmc3",
+                "--measure",
+                "circle.ngc",
+                "--json",
+            ],
+        ),
+        (
             "check-log",
             0,
             &["check-log", "log.csv", "circle.ngc", "--format", "json"],

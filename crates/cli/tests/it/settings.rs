@@ -122,8 +122,10 @@ fn rs274_reads_a_rewritten_program() {
     bench.file("circle.ngc", CIRCLE);
     bench.expect(0, &["compensate", "circle.ngc", "--out", "new.ngc"]);
     let ours = bench.expect(0, &["gcode", "canon", "--like-rs274", "new.ngc"]);
+    // Without a table of tools it carries out nothing.
+    bench.file("tool.tbl", "T1 P1\n");
     let output = std::process::Command::new("rs274")
-        .args(["-g", "new.ngc"])
+        .args(["-g", "-t", "tool.tbl", "new.ngc"])
         .current_dir(bench.path("."))
         .output()
         .unwrap();

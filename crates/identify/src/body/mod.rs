@@ -48,6 +48,16 @@ impl Figure {
         self.interval[0] > 0.0 || self.interval[1] < 0.0
     }
 
+    /// The same with an interval that is wider by so much to either side.
+    #[must_use]
+    pub(crate) fn widened(self, by: f64) -> Figure {
+        let [low, high] = self.interval;
+        Figure {
+            interval: [low - by, high + by],
+            ..self
+        }
+    }
+
     /// The same in another unit.
     #[must_use]
     pub fn times(self, factor: f64) -> Figure {

@@ -78,7 +78,7 @@ pub fn replay(log: &BodyLog, body: &RigidBody, servo: &ServoGains) -> Option<Rep
                 force.signum()
             };
             let slow = body.stribeck.map_or(0.0, |stribeck| {
-                let ratio = speed / stribeck.speed;
+                let ratio = speed / stribeck.speed.value;
                 stribeck.above.value * lostmotion_base::math::exp(-ratio * ratio)
             });
             let coulomb = (body.coulomb.value + slow).max(0.0);

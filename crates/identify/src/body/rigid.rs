@@ -1,6 +1,6 @@
 //! Inertia and friction of an axis from its motion and what drives it.
 
-use super::squares::{Squares, SquaresFit};
+use super::squares::{Squares, SquaresFit, jackknife};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
 use serde::Serialize;
@@ -15,6 +15,23 @@ const ONE_BODY_SHARE: f64 = 0.08;
 const SURE_ERRORS: f64 = 4.0;
 /// Speeds that Stribeck's decay is looked for at, in parts of the top speed.
 const STRIBECK_SHARES: [f64; 10] = [0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2, 0.3];
+/// Steps in which the speed of the decay is brought to its best.
+const STRIBECK_STEPS: usize = 12;
+/// Largest step of its logarithm, and the one that ends them.
+const STRIBECK_STEP: [f64; 2] = [0.3, 1e-4];
+/// Largest speed of the decay, in parts of the top speed: beyond, it is viscous friction.
+const STRIBECK_LIMIT: f64 = 0.5;
+/// Part of the top speed below which motion tells whether friction falls with speed, and the share
+/// of the windows that has to be there. Choices.
+const SLOW_SHARE: f64 = 0.05;
+const SLOW_WINDOWS: f64 = 0.02;
+/// Noise of the speed within a window, in parts of the speed of the decay. A choice: the decay is
+/// off by its square.
+const LOCAL_NOISE: f64 = 0.05;
+/// Times the speed of the decay at which nothing is left of it, and the part of it that the speed may
+/// change by from one sample to the next for the log to show the decay. Choices.
+const FALLEN: f64 = 3.0;
+const QUICK: f64 = 0.1;
 /// Fall of the residual by which Stribeck's decay has to pay. A choice.
 const STRIBECK_GAIN: f64 = 0.97;
 
@@ -25,8 +42,11 @@ const CONSTANT: usize = 3;
 const STRIBECK: usize = 4;
 const VISCOUS_SIGN: usize = 5;
 const LATE: usize = 6;
+/// Breakaway times the error of the logarithm of the decay's speed.
+const STRIBECK_SPEED: usize = 7;
+const STRIBECK_SIGN: usize = 8;
 /// Number of coefficients.
-const COEFFICIENTS: usize = 7;
+const COEFFICIENTS: usize = 9;
 
 /// Friction of either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -40,8 +60,19 @@ pub struct Sided {
 pub struct Stribeck {
     /// What breakaway has above sliding.
     pub above: Figure,
+    /// The same forwards and backwards, where the directions certainly differ.
+    pub sided: Option<[Figure; 2]>,
     /// Speed at which 37 % of it is left, per s.
-    pub speed: f64,
+    pub speed: Figure,
+}
+
+/// That friction hardly falls with speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StribeckBound {
+    /// What breakaway has above sliding, at most (95 %).
+    pub above: f64,
+    /// Slowest speed of a fall that this holds for, per s.
+    pub from_speed: f64,
 }
 
 /// Inertia and friction, in units of the drive signal.
@@ -59,6 +90,8 @@ pub struct RigidBody {
     pub sided: Option<Sided>,
     /// Where friction certainly falls with speed.
     pub stribeck: Option<Stribeck>,
+    /// Where slow motion shows no such fall: what it is at most.
+    pub stribeck_bound: Option<StribeckBound>,
     /// Time by which the drive signal is ahead of what moves the axis, s; negative where it is late,
     /// as behind a filter.
     pub drive_ahead: Figure,
@@ -90,7 +123,7 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     if !both {
         return Err("the axis moves one way only: move it to and fro, friction and a constant force are told apart by the direction".to_owned());
     }
-    let plain = fit(log, motion, None, false).ok_or(
+    let plain = fit(log, motion, &Terms::default()).ok_or(
         "the axis never moves one way for long enough: make longer strokes at several speeds",
     )?;
     let mut body = RigidBody {
@@ -100,48 +133,38 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
         constant: plain.figures[CONSTANT],
         sided: None,
         stribeck: None,
+        stribeck_bound: None,
         drive_ahead: plain.figures[LATE],
         residual_share: plain.rms / plain.target_rms,
         rows: plain.rows,
         untold: Vec::new(),
     };
-    if let Some(sided) = fit(log, motion, None, true) {
-        let other = sided.figures[VISCOUS_SIGN];
-        if other.value.abs() > SURE_ERRORS * other.error {
-            let of = |sign: f64| {
-                let value = |x: &[f64; COEFFICIENTS]| x[VISCOUS] + sign * x[VISCOUS_SIGN];
-                super::squares::jackknife(value(&sided.x), sided.without.iter().map(value))
-            };
-            body.sided = Some(Sided {
-                viscous: [of(1.0), of(-1.0)],
-            });
-        }
+    let by_direction = Terms {
+        sided_viscous: true,
+        ..Terms::default()
+    };
+    if let Some(sided) = fit(log, motion, &by_direction) {
+        let viscous = directions(&sided, VISCOUS, VISCOUS_SIGN);
+        body.sided = viscous.map(|viscous| Sided { viscous });
     }
-    let steps = STRIBECK_SHARES.iter().map(|share| share * motion.top_speed);
-    let best = steps
-        .filter(|&speed| speed > motion.rest_speed)
-        .filter_map(|speed| Some((speed, fit(log, motion, Some(speed), false)?)))
-        .min_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
-    match best {
-        Some((speed, found))
-            if found.rms < STRIBECK_GAIN * plain.rms
-                && found.x[STRIBECK] > SURE_ERRORS * found.figures[STRIBECK].error
-                && found.x[COULOMB] > 0.0 =>
-        {
+    match decay(log, motion, &plain) {
+        Ok((found, stribeck)) => {
             body.viscous = found.figures[VISCOUS];
             body.coulomb = found.figures[COULOMB];
             body.inertia = found.figures[INERTIA];
             body.constant = found.figures[CONSTANT];
             body.drive_ahead = found.figures[LATE];
             body.residual_share = found.rms / found.target_rms;
-            body.stribeck = Some(Stribeck {
-                above: found.figures[STRIBECK],
-                speed,
-            });
+            body.stribeck = Some(stribeck);
         }
-        _ => body.untold.push(
-            "whether friction falls with speed (Stribeck): move at a tenth, a thirtieth and a hundredth of the top speed, both ways".to_owned(),
+        Err(NoDecay::SlowMissing(share)) => body.untold.push(format!(
+            "whether friction falls with speed (Stribeck) cannot be told, because only {:.1} % of the motion is slower than a twentieth of the top speed: move steadily at a tenth, a thirtieth and a hundredth of the top speed, both ways",
+            100.0 * share
+        )),
+        Err(NoDecay::Unclear) => body.untold.push(
+            "whether friction falls with speed (Stribeck) cannot be told, because the log fits with and without it: move steadily at a tenth, a thirtieth and a hundredth of the top speed, several times both ways".to_owned(),
         ),
+        Err(NoDecay::Least(most)) => body.stribeck_bound = Some(most),
     }
     let told = |figure: Figure| {
         let half = 0.5 * (figure.interval[1] - figure.interval[0]);
@@ -181,45 +204,253 @@ impl RigidBody {
     }
 }
 
-/// Windows in which the axis moves one way, as rows.
-fn fit(
+/// Both directions of a coefficient, where they certainly differ.
+fn directions(found: &SquaresFit<COEFFICIENTS>, both: usize, signed: usize) -> Option<[Figure; 2]> {
+    let other = found.figures[signed];
+    let of = |sign: f64| {
+        let value = |x: &[f64; COEFFICIENTS]| x[both] + sign * x[signed];
+        jackknife(value(&found.x), found.without.iter().map(value))
+    };
+    (other.value.abs() > SURE_ERRORS * other.error).then(|| [of(1.0), of(-1.0)])
+}
+
+/// Why no fall of friction with speed is given.
+enum NoDecay {
+    /// So small a share of the motion is slow.
+    SlowMissing(f64),
+    /// There is next to none.
+    Least(StribeckBound),
+    /// Neither is certain.
+    Unclear,
+}
+
+/// Friction that falls with speed: the speed that explains the log best, and how much it is.
+fn decay(
     log: &BodyLog,
     motion: &Motion,
+    plain: &SquaresFit<COEFFICIENTS>,
+) -> Result<(SquaresFit<COEFFICIENTS>, Stribeck), NoDecay> {
+    let at = |speed: f64| Terms {
+        stribeck_speed: Some(speed),
+        ..Terms::default()
+    };
+    let speeds = STRIBECK_SHARES.iter().map(|share| share * motion.top_speed);
+    let tried: Vec<(f64, SquaresFit<COEFFICIENTS>)> = speeds
+        .filter(|&speed| speed > motion.rest_speed)
+        .filter_map(|speed| Some((speed, fit(log, motion, &at(speed))?)))
+        .collect();
+    let best = tried.iter().min_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
+    let is_sure = |found: &SquaresFit<COEFFICIENTS>| {
+        found.rms < STRIBECK_GAIN * plain.rms
+            && found.x[STRIBECK] > SURE_ERRORS * found.figures[STRIBECK].error
+            && found.x[COULOMB] > 0.0
+    };
+    let Some((start, _)) = best.filter(|(_, found)| is_sure(found)) else {
+        let slow = slow_share(log, motion);
+        if slow < SLOW_WINDOWS {
+            return Err(NoDecay::SlowMissing(slow));
+        }
+        // What the speeds allow at most, from the slowest one on at which that is little.
+        let few = |(_, found): &&(f64, SquaresFit<COEFFICIENTS>)| {
+            found.figures[STRIBECK].interval[1] < TOLD_SHARE * plain.x[COULOMB]
+        };
+        let bounded = tried.iter().rev().take_while(few);
+        let least = bounded.map(|(speed, found)| (*speed, found.figures[STRIBECK].interval[1]));
+        let least = least.reduce(|(_, most), (slower, other)| (slower, most.max(other)));
+        return Err(least.map_or(NoDecay::Unclear, |(from_speed, above)| {
+            NoDecay::Least(StribeckBound { above, from_speed })
+        }));
+    };
+    // Gauss and Newton's steps on the logarithm of the speed, whose error has a column of its own.
+    let mut speed = *start;
+    let refined = |speed: f64| Terms {
+        refine_stribeck: true,
+        ..at(speed)
+    };
+    for _ in 0..STRIBECK_STEPS {
+        let found = fit(log, motion, &refined(speed)).ok_or(NoDecay::Unclear)?;
+        let step = found.x[STRIBECK_SPEED] / found.x[STRIBECK];
+        let [largest, least] = STRIBECK_STEP;
+        speed *= math::exp(step.clamp(-largest, largest));
+        if !(motion.rest_speed..STRIBECK_LIMIT * motion.top_speed).contains(&speed) {
+            return Err(NoDecay::Unclear);
+        }
+        if step.abs() < least {
+            break;
+        }
+    }
+    let mut found = fit(log, motion, &refined(speed)).ok_or(NoDecay::Unclear)?;
+    let off = |x: &[f64; COEFFICIENTS]| x[STRIBECK_SPEED] / x[STRIBECK];
+    let logarithm = jackknife(off(&found.x), found.without.iter().map(off));
+    // An interval of more than a factor of e either way is none.
+    if !is_sure(&found) || logarithm.error.is_nan() || logarithm.interval[1] > 1.0 {
+        return Err(NoDecay::Unclear);
+    }
+    // What other choices make of a figure belongs to its interval.
+    let (mut apart, mut logarithm) = ([0.0_f64; COEFFICIENTS], logarithm);
+    let mut off_by = 0.0_f64;
+    for other in [Other::Windows, Other::Speeds, Other::Rows] {
+        let terms = Terms {
+            other,
+            ..refined(speed)
+        };
+        let again = fit(log, motion, &terms).ok_or(NoDecay::Unclear)?;
+        for (apart, (one, two)) in apart.iter_mut().zip(found.x.iter().zip(again.x)) {
+            *apart = apart.max((one - two).abs());
+        }
+        off_by = off_by.max((off(&again.x) - off(&found.x)).abs());
+    }
+    for (figure, apart) in found.figures.iter_mut().zip(apart) {
+        *figure = figure.widened(apart);
+    }
+    logarithm = logarithm.widened(off_by);
+    let by_direction = Terms {
+        sided_stribeck: true,
+        ..at(speed)
+    };
+    let sided = fit(log, motion, &by_direction);
+    let stribeck = Stribeck {
+        above: found.figures[STRIBECK],
+        sided: sided.and_then(|sided| directions(&sided, STRIBECK, STRIBECK_SIGN)),
+        speed: Figure {
+            value: speed,
+            error: speed * logarithm.error,
+            interval: logarithm.interval.map(|end| speed * math::exp(end)),
+        },
+    };
+    Ok((found, stribeck))
+}
+
+/// The share of the moving windows that are slow.
+fn slow_share(log: &BodyLog, motion: &Motion) -> f64 {
+    let rates = Rates::new(&log.motor, motion.half, log.period_s);
+    let (mut moving, mut slow) = (0.0, 0.0);
+    for at in motion.half..log.len().saturating_sub(motion.half) {
+        let speed = rates.velocity(at).abs();
+        if speed > motion.rest_speed {
+            moving += 1.0;
+            slow += f64::from(u8::from(speed < SLOW_SHARE * motion.top_speed));
+        }
+    }
+    slow / f64::max(moving, 1.0)
+}
+
+/// Samples in half of the shortest window whose speed has noise that does not count beside a speed.
+fn local_half(motion: &Motion, period_s: f64, speed: f64) -> usize {
+    let noise = |half: usize| {
+        let half = half as f64;
+        motion.noise * (2.0 / half).sqrt() / (half * period_s)
+    };
+    let longest = motion.half.max(2);
+    (1..longest)
+        .find(|&half| noise(half) < LOCAL_NOISE * speed)
+        .unwrap_or(longest)
+}
+
+/// Which terms of friction are fitted beside the plain ones.
+#[derive(Default)]
+struct Terms {
+    /// A fall with speed, at this speed.
     stribeck_speed: Option<f64>,
-    sided: bool,
-) -> Option<SquaresFit<COEFFICIENTS>> {
-    let half = motion.half;
+    /// The error of that speed.
+    refine_stribeck: bool,
+    /// Another fall in either direction.
+    sided_stribeck: bool,
+    /// Another viscous friction in either direction.
+    sided_viscous: bool,
+    /// What is done otherwise, to see what it makes of the figures.
+    other: Other,
+}
+
+/// Choices of the fit on which a figure should not hang.
+#[derive(Clone, Copy, Default, PartialEq)]
+enum Other {
+    /// None is another one.
+    #[default]
+    None,
+    /// Longer windows.
+    Windows,
+    /// Longer averages of the speed within them.
+    Speeds,
+    /// Windows in which the axis may stick at the ends, or pass the fall quickly.
+    Rows,
+}
+
+/// Windows in which the axis moves one way, as rows.
+fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFFICIENTS>> {
+    let half = match terms.other {
+        Other::Windows => motion.half * 3 / 2,
+        _ => motion.half,
+    };
     let rates = Rates::new(&log.motor, half, log.period_s);
     let drive = Averages::new(&log.drive, half);
     // Speeds within a window are taken over half of it.
     let near = (half / 2).max(2);
     let close = Rates::new(&log.motor, near, log.period_s);
     let margin = half + near + 1;
+    // The fall with speed is no straight line: within a window it is averaged, not taken at the
+    // average speed.
+    let falls = terms.stribeck_speed.map(|speed| {
+        let local = local_half(motion, log.period_s, speed);
+        let local = match terms.other {
+            Other::Speeds => 3 * local,
+            _ => local,
+        };
+        let local = Rates::new(&log.motor, local, log.period_s);
+        let margin = local.half;
+        let of = |at: usize| {
+            if at < margin || at + margin >= log.len() {
+                return (0.0, 0.0);
+            }
+            let velocity = local.velocity(at);
+            let square = (velocity / speed) * (velocity / speed);
+            let decay = velocity.signum() * math::exp(-square);
+            (decay, 2.0 * square * decay)
+        };
+        let (decay, slope): (Vec<f64>, Vec<f64>) = (0..log.len()).map(of).unzip();
+        (Averages::new(&decay, half), Averages::new(&slope, half))
+    });
     let mut squares = Squares::new(log.len());
     // Neighbouring windows share most of their samples: half of them say as much.
     let stride = (half / 4).max(1);
     for at in (margin..log.len().saturating_sub(margin)).step_by(stride) {
         let velocity = rates.velocity(at);
         let sign = velocity.signum();
-        // The ends of the window weigh little.
-        let one_way = [at - half / 2, at, at + half / 2]
+        // The ends of the window weigh little, but a body that sticks there tells nothing of
+        // friction that falls with speed.
+        let reach = if falls.is_some() && terms.other != Other::Rows {
+            half
+        } else {
+            half / 2
+        };
+        let one_way = [at - reach, at - half / 2, at, at + half / 2, at + reach]
             .iter()
             .all(|&place| close.velocity(place) * sign > motion.rest_speed);
         if !one_way || log.touches_lost(at - half..=at + half) {
             continue;
         }
-        let decay = stribeck_speed.map_or(0.0, |speed| {
-            let ratio = velocity / speed;
-            math::exp(-ratio * ratio)
+        // An axis that passes the fall within a few samples does not show its form.
+        let acceleration = rates.acceleration(at);
+        let passes = |speed: f64| {
+            let slowest = velocity.abs() - acceleration.abs() * half as f64 * log.period_s;
+            slowest < FALLEN * speed && acceleration.abs() * log.period_s > QUICK * speed
+        };
+        if terms.other != Other::Rows && terms.stribeck_speed.is_some_and(passes) {
+            continue;
+        }
+        let (decay, slope) = falls.as_ref().map_or((0.0, 0.0), |(decay, slope)| {
+            (decay.mean(at), slope.mean(at))
         });
         let (before, here) = (drive.mean(at - 1), drive.mean(at));
         let mut row = [0.0; COEFFICIENTS];
-        row[INERTIA] = rates.acceleration(at);
+        row[INERTIA] = acceleration;
         row[VISCOUS] = velocity;
         row[COULOMB] = sign;
         row[CONSTANT] = 1.0;
-        row[STRIBECK] = sign * decay;
+        row[STRIBECK] = decay;
         row[VISCOUS_SIGN] = velocity.abs();
+        row[STRIBECK_SPEED] = slope;
+        row[STRIBECK_SIGN] = sign * decay;
         // A drive signal that comes late or early has its own rate as an error, which looks like
         // friction.
         row[LATE] = (before - here) / log.period_s;
@@ -227,7 +458,9 @@ fn fit(
         squares.add(at, row, 0.5 * (before + here));
     }
     let mut used = [true; COEFFICIENTS];
-    used[STRIBECK] = stribeck_speed.is_some();
-    used[VISCOUS_SIGN] = sided;
+    used[STRIBECK] = terms.stribeck_speed.is_some();
+    used[STRIBECK_SPEED] = terms.refine_stribeck;
+    used[STRIBECK_SIGN] = terms.sided_stribeck;
+    used[VISCOUS_SIGN] = terms.sided_viscous;
     squares.solve(&used)
 }

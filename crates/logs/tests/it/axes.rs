@@ -134,3 +134,57 @@ fn a_log_may_have_uneven_rows() {
     let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
     assert_eq!(log.time_s, [0.0, 0.001, 0.003]);
 }
+
+/// A log without end, a row a millisecond.
+struct Endless {
+    row: u64,
+    waiting: Vec<u8>,
+    given: u64,
+}
+
+impl std::io::Read for Endless {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        while self.waiting.len() < buffer.len() {
+            let row = self.row;
+            let place = row % 1000;
+            let text = format!("{:.3},{place},{place}\n", row as f64 * 1e-3);
+            self.waiting.extend(text.as_bytes());
+            self.row += 1;
+        }
+        let rest = self.waiting.split_off(buffer.len());
+        buffer.copy_from_slice(&self.waiting);
+        self.waiting = rest;
+        self.given += buffer.len() as u64;
+        assert!(self.given < 64 << 20, "it is read on and on");
+        Ok(buffer.len())
+    }
+}
+
+/// Of a log without end so many rows are held as are asked for, wherever they stand.
+#[test]
+fn rows_before_and_behind_those_that_are_taken_are_not_held() {
+    let taken = |from_s: f64, max_rows: Option<usize>| {
+        let defaults = AxisOptions::default();
+        let options = AxisOptions {
+            from_s,
+            max_rows: max_rows.unwrap_or(defaults.max_rows),
+            ..defaults
+        };
+        let endless = Endless {
+            row: 0,
+            waiting: b"t_s,motor_mm,load_mm\n".to_vec(),
+            given: 0,
+        };
+        read_axis(std::io::BufReader::new(endless), "log", &options).unwrap()
+    };
+    let log = taken(1000.0, Some(500));
+    assert_eq!((log.time_s.len(), log.time_s[0]), (500, 1000.0));
+    assert!(log.time_s.capacity() < 2000 && log.motor.capacity() < 2000);
+    let log = taken(f64::NEG_INFINITY, None);
+    assert!(
+        log.said
+            .iter()
+            .any(|said| said.contains("the first 200000 rows are taken"))
+    );
+    assert!(log.time_s.capacity() < 1 << 19);
+}

@@ -13,13 +13,18 @@ use lostmotion_logs::{
     read_axis, read_ballbar, read_positions,
 };
 
+/// Bytes of a log that may be held: a file that says that it has more is refused.
+const MOST_BYTES: usize = 1 << 20;
 /// Rows that are read of one input: each costs memory only while it is held.
 const MOST_ROWS: usize = 20_000;
 
 /// Any bytes are read or refused: rows have the channels of their group and finite values, lines
 /// never fall, and a message names the file.
 pub fn log(bytes: &[u8]) {
-    let mut options = ReadOptions::default();
+    let mut options = ReadOptions {
+        max_bytes: MOST_BYTES,
+        ..ReadOptions::default()
+    };
     // The first byte says what a user may have told.
     let (first, rest) = bytes.split_first().unwrap_or((&0, &[]));
     if first & 1 == 1 {
@@ -214,6 +219,11 @@ pub fn ballbar(data: &[u8]) {
             }
         }
     }
+}
+
+/// Logs that are no text: MCAP and Parquet.
+pub fn binary(data: &[u8]) {
+    log(data);
 }
 
 /// Any other table.

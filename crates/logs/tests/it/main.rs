@@ -14,6 +14,10 @@ mod ballbar;
 #[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
 mod checks;
 mod formats;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod positions;
 mod replay;
 mod samples;

@@ -19,17 +19,50 @@ const TARGETS: &[(&str, Check)] = &[
     ("table", checks::table),
     ("positions", checks::positions),
     ("ballbar", checks::ballbar),
+    #[cfg(feature = "mcap")]
+    ("mcap", checks::binary),
+    #[cfg(feature = "parquet")]
+    ("parquet", checks::binary),
 ];
+
+/// The inputs that a target starts from.
+fn corpus(name: &str) -> Vec<Vec<u8>> {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    let mut files: Vec<_> = std::fs::read_dir(corpus.join(format!("log_{name}")))
+        .unwrap()
+        .map(|file| file.unwrap().path())
+        .collect();
+    files.sort();
+    assert!(files.len() > 1, "the corpus of {name} is missing");
+    files
+        .iter()
+        .map(|file| std::fs::read(file).unwrap())
+        .collect()
+}
 
 #[test]
 fn the_corpus_holds() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     for (name, check) in TARGETS {
-        let folder = corpus.join(format!("log_{name}"));
-        let files: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
-        assert!(files.len() > 1, "the corpus of {name} is missing");
-        for file in files {
-            check(&std::fs::read(file.unwrap().path()).unwrap());
+        corpus(name).iter().for_each(|input| check(input));
+    }
+}
+
+/// Logs that are no text, with bytes changed: a text's pieces would never pass their checks.
+#[test]
+#[cfg(all(feature = "mcap", feature = "parquet"))]
+fn damaged_binary_logs_are_read_or_refused() {
+    let mut random = lostmotion_base::random::Random::new(18_500_001);
+    for input in [corpus("mcap"), corpus("parquet")].concat() {
+        for _ in 0..400 {
+            let mut damaged = input.clone();
+            for _ in 0..1 + random.below(4) {
+                let at = random.below(damaged.len());
+                damaged[at] = random.below(256) as u8;
+            }
+            checks::binary(&damaged);
+        }
+        for length in (0..input.len()).step_by(7) {
+            checks::binary(&input[..length]);
         }
     }
 }

@@ -24,6 +24,7 @@ pub use draft::{Fate, Row};
 use crate::machine::MachineError;
 use crate::machine::Problem;
 use draft::Draft;
+use std::borrow::Cow;
 
 /// A format, as its file describes it.
 struct Format {
@@ -81,6 +82,7 @@ formats! {
     marlin: Marlin "What Marlin answers to M503, or its Configuration.h.";
     sinumerik: Sinumerik "Machine data of a Sinumerik archive as text.";
     fanuc: Fanuc "Fanuc's parameters as punched out.";
+    twincat: TwinCat "Axes of TwinCAT NC (XML).";
     mtconnect: MtConnect "MTConnect's device description (XML).";
 }
 
@@ -195,8 +197,25 @@ pub fn import(
             "allow more if it is one",
         )]));
     }
-    let draft = (format.format().read)(text, options).map_err(fail)?;
+    let text = with_name(name, text);
+    let draft = (format.format().read)(&text, options).map_err(fail)?;
     fill::machine(name, draft, options.preset).map_err(fail)
+}
+
+/// TwinCAT writes this word into a file of one axis in the place of the axis' name, which is that of
+/// the file.
+const FILE_NAME: &str = "__FILENAME__";
+
+/// The text with the file's name where it belongs.
+fn with_name<'a>(name: &str, text: &'a str) -> Cow<'a, str> {
+    if !text.contains(FILE_NAME) {
+        return text.into();
+    }
+    let file = name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    // Nothing that means something in XML.
+    let plain: String = stem.chars().filter(|c| !"<>&\"'".contains(*c)).collect();
+    text.replace(FILE_NAME, &plain).into()
 }
 
 /// A problem at a line.

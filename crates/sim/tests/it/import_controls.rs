@@ -477,6 +477,58 @@ fn fanuc_parameters() {
     assert!(bad.contains("in inches"), "{bad}");
 }
 
+/// An axis of TwinCAT NC as TwinCAT saves it: the file's name is the axis' name, and attributes with
+/// their usual value are not there.
+#[test]
+fn twincat_axes() {
+    let axis = |name: &str, para: &str, soft: &str| {
+        format!(
+            "<Axis Id=\"1\" AxisType=\"1\"><Name>{name}</Name><AxisPara>{para}</AxisPara><Encoder><EncPara ScaleFactorNumerator=\"5\">{soft}</EncPara></Encoder><Controller><CtrPara PriorControlFactor=\"1\"/></Controller></Axis>"
+        )
+    };
+    let soft = "<SoftEndMinControl Enable=\"true\" Range=\"-5\"/>\n<SoftEndMaxControl Enable=\"true\" Range=\"310\"/>";
+    let one = format!(
+        "<?xml version=\"1.0\"?>\n<TcSmItem ClassName=\"CNcAxisDef\">{}</TcSmItem>\n",
+        axis(
+            "__FILENAME__",
+            "<Dynamic AccelerationMaximum=\"3000\" Acceleration=\"1500\" Jerk=\"40000\"/><Velo Maximum=\"400\"/>",
+            soft
+        )
+    );
+    let (told, machine) = read("folder/Axis X.xti", &one);
+    let x = machine.axis(AxisId::X).unwrap().limits;
+    assert_eq!((x.min, x.max, x.velocity), (-5.0, 310.0, 400.0));
+    assert_eq!((x.acceleration, x.jerk), (3000.0, 40_000.0));
+    assert_eq!(machine.axes().len(), 1);
+    assert_eq!(fate(&told, "X EncPara ScaleFactorNumerator"), Fate::Ignored);
+    let said = refused("Axis 1.xti", &one);
+    assert!(
+        said.contains("1 axes, none with a name that tells its letter"),
+        "{said}"
+    );
+    // a project with several; an end that is switched off is none
+    let off = "<SoftEndMaxControl Range=\"7\"/>";
+    let project = format!(
+        "<TcSmProject><NC>{}{}{}</NC></TcSmProject>",
+        axis("X1", "<Velo Maximum=\"200\"/>", off),
+        axis("Drehachse C", "<Velo Maximum=\"90\"/>", ""),
+        axis("Conveyor", "", "")
+    );
+    let (told, machine) = read("m.tsproj", &project);
+    assert_eq!(machine.axes().len(), 2);
+    let c = machine.axis(AxisId::C).unwrap().limits;
+    assert_eq!(c.velocity, std::f64::consts::FRAC_PI_2);
+    assert!(machine.axis(AxisId::X).unwrap().limits.max != 7.0);
+    assert_eq!(fate(&told, "Axis Conveyor"), Fate::Ignored);
+    let said = refused("X.xti", &one.replace("\"400\"", "\"-4\""));
+    assert!(
+        said.contains("X Velo Maximum") && said.contains("above 0"),
+        "{said}"
+    );
+    let said = refused("X.xti", &one.replace("310\"/>", "310"));
+    assert!(said.contains("not XML"), "{said}");
+}
+
 #[test]
 fn mtconnect_devices() {
     let text = "<?xml version=\"1.0\"?>\n<m:MTConnectDevices xmlns:m=\"urn:mtconnect.org:MTConnectDevices:1.8\" xmlns=\"urn:mtconnect.org:MTConnectDevices:1.8\"><Devices><Device name=\"Mill\"><Components><Axes><Components>\n<Linear name=\"X1\" id=\"x\"><Specifications><Specification type=\"POSITION\" units=\"MILLIMETER\"><Maximum>400</Maximum><Minimum>-20</Minimum></Specification></Specifications></Linear>\n<Linear name=\"Table\" nativeName=\"Y\" id=\"y\"><DataItems><DataItem type=\"AXIS_FEEDRATE\" units=\"MILLIMETER/SECOND\"><Constraints><Maximum>250</Maximum></Constraints></DataItem></DataItems></Linear>\n<Rotary name=\"C\" id=\"c\"><DataItems><DataItem type=\"ROTARY_MODE\"><Constraints><Value>SPINDLE</Value></Constraints></DataItem></DataItems></Rotary>\n</Components></Axes></Components></Device></Devices></m:MTConnectDevices>\n";
@@ -559,6 +611,7 @@ fn long_descriptions_end() {
             long(&|n| format!("$MA_MAX_AX_VELO[AX{n}]=1\n")),
         ),
         ("fanuc", long(&|n| format!("N01420Q1A1P{n}\n"))),
+        ("twincat", long(&|_| "<Axis><Name>X</Name>".to_owned())),
         ("mtconnect", long(&|_| "<Linear name=\"X\">".to_owned())),
     ];
     for (name, text) in texts {

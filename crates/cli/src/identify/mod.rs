@@ -1,0 +1,194 @@
+//! `axis identify`: what a log tells of an axis, a description with the source of every value, and
+//! the check of a description against a log.
+
+mod findings;
+mod scales;
+mod write;
+
+use crate::fits::rad_per_unit;
+use crate::logs::{LogInput, axis_unit};
+use crate::options::machine::{axis, axis_files};
+use crate::output::{self, DONE, FOUND, Failure};
+use clap::{Args, ValueHint};
+use findings::{Finding, gap_findings};
+use lostmotion::drive::config::AxisUnit;
+use lostmotion::identify::body::{Motion, fit_body, fit_lost_motion, fit_servo, replay};
+use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion::logs::{AxisLog, DriveSignal};
+use lostmotion::methods::AxisConfig;
+use scales::{Scales, figures, gap_text};
+use std::path::PathBuf;
+use write::{write_axis, write_overlay};
+
+/// `axis identify`.
+#[derive(Debug, Args)]
+pub(crate) struct Identify {
+    #[command(flatten)]
+    pub(crate) log: LogInput,
+    /// The axis that was logged: its motor and transmission make forces of currents; what the log
+    /// does not tell is taken from it
+    #[arg(long, value_name = "FILE.toml|PRESET")]
+    pub(crate) axis: Option<String>,
+    /// Description of the axis to write, with the source of every value beside it
+    #[arg(long, short, value_name = "FILE.toml", requires = "axis", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// CSV to write with the measured and the simulated position and their difference
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    pub(crate) overlay: Option<PathBuf>,
+    /// Compare the description with the log: exit code 1 where a value is certainly another one
+    #[arg(long, requires = "axis")]
+    pub(crate) check: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
+    let described = args
+        .axis
+        .as_deref()
+        .map(|name| axis(name, &[]))
+        .transpose()?;
+    let name = args.log.name();
+    for out in [&args.out, &args.overlay].into_iter().flatten() {
+        output::refuse_input(out, &args.log.log, "log")?;
+        output::refuse_inputs(out, axis_files(args.axis.as_deref()))?;
+    }
+    if let (Some(out), Some(overlay)) = (&args.out, &args.overlay)
+        && out == overlay
+    {
+        let shown = out.display();
+        return Err(Failure::message(format!(
+            "--out and --overlay are both {shown}"
+        )));
+    }
+    args.log.exists()?;
+    let log = args.log.read(&[], &[], quiet)?;
+    let unit = axis_unit(&log);
+    if let Some(described) = &described {
+        rad_per_unit(described, unit, &name)?;
+    }
+    let scales = Scales::of(&log, unit, described.as_ref());
+    let body_log = scales
+        .body_log(&log)
+        .map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let motion = Motion::of(&body_log);
+    let mut text = scales.motion(&motion, &body_log);
+    let mut untold: Vec<String> = Vec::new();
+    let mut findings: Vec<Finding> = Vec::new();
+    // Lost motion first: it says whether a gap is the right word.
+    let mut is_step = true;
+    match fit_lost_motion(&body_log) {
+        Ok(lost) => {
+            is_step = lost.is_step;
+            text += &scales.lost(&lost);
+        }
+        Err(reason) => untold.push(format!("lost motion: {reason}")),
+    }
+    let gap = gap(&log, described.as_ref(), unit, &name);
+    // A long log is not held twice.
+    let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
+    drop(log);
+    match (gap, is_step) {
+        (Ok(fit), true) => {
+            text += &gap_text(&fit, &scales);
+            if let Some(described) = &described {
+                findings.extend(gap_findings(&fit, described));
+            }
+        }
+        (Ok(_), false) => {
+            untold.push("the gap: position is lost along the travel, not at once".to_owned());
+        }
+        (Err(reason), _) => untold.push(format!("gap and stiffness: {reason}")),
+    }
+    let body = fit_body(&body_log, &motion);
+    match &body {
+        Ok(body) => {
+            text += &scales.body(body);
+            untold.extend(body.untold.iter().cloned());
+            if let Some(described) = &described {
+                findings.extend(scales.body_findings(body, described));
+            }
+        }
+        Err(reason) => untold.push(format!("inertia and friction: {reason}")),
+    }
+    let servo = fit_servo(&body_log, &motion);
+    match &servo {
+        Ok(servo) => {
+            text += &scales.servo(servo);
+            untold.extend(servo.untold.iter().cloned());
+            if let Some(described) = &described {
+                findings.extend(scales.servo_findings(servo, described, by_current));
+            }
+        }
+        Err(reason) => untold.push(format!("servo: {reason}")),
+    }
+    let replayed = match (&body, &servo) {
+        (Ok(body), Ok(servo)) => replay(&body_log, body, servo),
+        _ => None,
+    };
+    match &replayed {
+        Some(again) => {
+            let um = 1.0 / scales.small;
+            text += &format!(
+                "simulated on the log's command: {} {u} RMS off the record, at most {} {u}\n",
+                figures(again.rms * um),
+                figures(again.largest * um),
+                u = scales.small_unit,
+            );
+        }
+        None if args.overlay.is_some() => {
+            return Err(Failure::with_hint(
+                format!("{name}: nothing can be simulated for --overlay"),
+                "it needs a command, a current and a servo law that the log obeys",
+            ));
+        }
+        None => {}
+    }
+    for reason in &untold {
+        text += &format!("not told: {reason}\n");
+    }
+    let mut differs = false;
+    if args.check {
+        for finding in &findings {
+            let (words, other) = finding.verdict();
+            differs |= other;
+            text += &words;
+        }
+        if findings.is_empty() {
+            text += "nothing of the description can be checked with this log\n";
+        }
+    }
+    if let (Some(path), Some(again)) = (&args.overlay, &replayed) {
+        write_overlay(path, &body_log, again, &scales)?;
+    }
+    if let (Some(path), Some(described)) = (&args.out, &described) {
+        let base = args.axis.as_deref().unwrap_or_default();
+        write_axis(path, described, &findings, &name, base)?;
+    }
+    output::print(&text)?;
+    Ok(if differs { FOUND } else { DONE })
+}
+
+/// The gap as `axis fit` finds it.
+fn gap(
+    log: &AxisLog,
+    described: Option<&AxisConfig>,
+    unit: AxisUnit,
+    name: &str,
+) -> Result<BacklashFit, String> {
+    let (Some(axis), Some(DriveSignal::Current(current))) = (described, &log.drive) else {
+        return Err("needs the load's position, a current, and --axis".to_owned());
+    };
+    if log.load.is_empty() {
+        return Err("needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log".to_owned());
+    }
+    let scale = rad_per_unit(axis, unit, name).map_err(|failure| failure.text())?;
+    let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect();
+    BacklashLog::from_rows(
+        &log.time_s,
+        scaled(&log.motor),
+        scaled(&log.load),
+        current.clone(),
+    )
+    .and_then(|log| fit_backlash(&log, &FitSettings::for_axis(axis)))
+    .map_err(|error| error.to_string())
+}

@@ -1,0 +1,227 @@
+//! A log's units in those of the fits and of people, and what was found in words.
+
+use lostmotion::drive::config::AxisUnit;
+use lostmotion::identify::body::{BodyLog, Figure, LostMotion, Motion, RigidBody, ServoGains};
+use lostmotion::identify::{BacklashFit, FitError};
+use lostmotion::logs::{AxisLog, DriveSignal};
+use lostmotion::methods::AxisConfig;
+
+/// Three digits, as people read them.
+pub(super) fn figures(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let decimals =
+        (2.0 - lostmotion::base::math::log10(value.abs()).floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+pub(super) fn line(what: &str, figure: Figure, unit: &str) -> String {
+    let [low, high] = figure.interval.map(figures);
+    format!(
+        "{what}: {} {unit} (95 %: {low} to {high})\n",
+        figures(figure.value)
+    )
+}
+
+/// Units of a log in those of the fits and of people.
+pub(super) struct Scales {
+    pub(super) unit: AxisUnit,
+    /// m or rad in one unit of the log.
+    pub(super) base: f64,
+    /// m or rad in one small unit.
+    pub(super) small: f64,
+    pub(super) small_unit: &'static str,
+    /// What drives the axis is multiplied with this.
+    pub(super) drive: f64,
+    pub(super) drive_unit: &'static str,
+    /// m or rad at the load for a radian of the motor; 1 where the axis is not given.
+    pub(super) per_rad: f64,
+}
+
+impl Scales {
+    pub(super) fn of(log: &AxisLog, unit: AxisUnit, described: Option<&AxisConfig>) -> Scales {
+        let (base, small, small_unit) = match unit {
+            AxisUnit::Mm => (1e-3, 1e-6, "um"),
+            AxisUnit::Deg => (1.0_f64.to_radians(), 1e-3_f64.to_radians(), "mdeg"),
+            AxisUnit::Rad => (1.0, 1e-6, "urad"),
+        };
+        let per_rad = described.map_or(1.0, |axis| axis.transmission.load_per_motor_rad());
+        let force = if unit == AxisUnit::Mm { "N" } else { "N m" };
+        let (drive, drive_unit) = match (&log.drive, described) {
+            (Some(DriveSignal::Current(_)), Some(axis)) => {
+                (axis.motor.torque_constant_nm_per_a / per_rad, force)
+            }
+            (Some(DriveSignal::Torque(_)), Some(_)) => (1.0 / per_rad, force),
+            (Some(DriveSignal::Force(_)), _) => (1.0, force),
+            (Some(DriveSignal::Torque(_)), None) => (1.0, "N m of the motor"),
+            _ => (1.0, "A"),
+        };
+        Scales {
+            unit,
+            base,
+            small,
+            small_unit,
+            drive,
+            drive_unit,
+            per_rad,
+        }
+    }
+
+    pub(super) fn body_log(&self, log: &AxisLog) -> Result<BodyLog, FitError> {
+        let scaled =
+            |values: &[f64], factor: f64| values.iter().map(|value| value * factor).collect();
+        let drive = log.drive.as_ref().map_or(&[][..], DriveSignal::values);
+        BodyLog::from_rows(
+            &log.time_s,
+            scaled(&log.motor, self.base),
+            scaled(&log.load, self.base),
+            scaled(&log.command, self.base),
+            scaled(drive, self.drive),
+        )
+    }
+
+    /// Whether forces at the load are known.
+    pub(super) fn has_force(&self) -> bool {
+        matches!(self.drive_unit, "N" | "N m")
+    }
+
+    pub(super) fn motion(&self, motion: &Motion, log: &BodyLog) -> String {
+        format!(
+            "{} samples every {} ms: {} strokes, {} reversals, {} rests; up to {} {u}/s and {} {u}/s^2\n",
+            log.len(),
+            figures(1e3 * log.period_s),
+            motion.strokes.len(),
+            motion.reversals,
+            motion.rests,
+            figures(motion.top_speed / self.base),
+            figures(motion.top_acceleration / self.base),
+            u = self.unit.symbol(),
+        )
+    }
+
+    /// How position is lost after a reversal.
+    pub(super) fn lost(&self, lost: &LostMotion) -> String {
+        let um = 1.0 / self.small;
+        let u = self.small_unit;
+        let mut text = line("lost motion", lost.total.times(um), u);
+        if lost.is_step {
+            text += "  a step, as of a gap and wind-up, explains it\n";
+            return text;
+        }
+        let [low, high] = lost.saturates_between.map(|end| figures(end * um));
+        text += &format!(
+            "  not a step: 95 % of it comes within {} {u} of travel ({low} to {high} {u}); a gap alone is no model of it\n",
+            figures(lost.saturates_after * um),
+        );
+        text += &line("  of it at once", lost.step.times(um), u);
+        text += &line("  of it along the travel", lost.along.times(um), u);
+        text
+    }
+
+    pub(super) fn body(&self, body: &RigidBody) -> String {
+        let way = if self.unit == AxisUnit::Mm {
+            "m"
+        } else {
+            "rad"
+        };
+        let drive = self.drive_unit;
+        let inertia = match drive {
+            "N" => "kg".to_owned(),
+            "N m" => "kg m2".to_owned(),
+            other => format!("{other} s2/{way}"),
+        };
+        let mut text = line("inertia, motor and load", body.inertia, &inertia);
+        text += &line(
+            "viscous friction",
+            body.viscous,
+            &format!("{drive} s/{way}"),
+        );
+        if let Some(sided) = &body.sided {
+            for (which, figure) in ["  forwards", "  backwards"].into_iter().zip(sided.viscous) {
+                text += &line(which, figure, &format!("{drive} s/{way}"));
+            }
+        }
+        text += &line("Coulomb friction", body.coulomb, drive);
+        if let Some(stribeck) = &body.stribeck {
+            text += &line("breakaway above it (Stribeck)", stribeck.above, drive);
+            if let Some(sided) = stribeck.sided {
+                for (which, figure) in ["  forwards", "  backwards"].into_iter().zip(sided) {
+                    text += &line(which, figure, drive);
+                }
+            }
+            let speed = stribeck.speed.times(1.0 / self.base);
+            text += &line(
+                "  falls to 37 % at",
+                speed,
+                &format!("{}/s", self.unit.symbol()),
+            );
+        }
+        if let Some(bound) = &body.stribeck_bound {
+            text += &format!(
+                "friction does not fall with speed (Stribeck): by at most {} {drive} from {} {}/s on (95 %)\n",
+                figures(bound.above),
+                figures(bound.from_speed / self.base),
+                self.unit.symbol()
+            );
+        }
+        text += &line("constant force", body.constant, drive);
+        text += &format!(
+            "  {} % of the force is left unexplained\n",
+            figures(100.0 * body.residual_share)
+        );
+        text
+    }
+
+    pub(super) fn servo(&self, servo: &ServoGains) -> String {
+        let mut text = line("lag behind the command", servo.lag_s.times(1e3), "ms");
+        let Some(law) = &servo.law else {
+            return text;
+        };
+        let way = if self.unit == AxisUnit::Mm {
+            "m"
+        } else {
+            "rad"
+        };
+        text += &line("position gain", law.position_gain_per_s, "1/s");
+        text += &line(
+            "velocity gain",
+            law.velocity_gain,
+            &format!("{} s/{way}", self.drive_unit),
+        );
+        match law.integral_time_s {
+            Some(time) => {
+                text += &format!(
+                    "integral time of the velocity loop: {} ms\n",
+                    figures(1e3 * time)
+                );
+            }
+            None => text += "the velocity loop has no integral part\n",
+        }
+        text += &format!(
+            "velocity feed-forward {}, measured speed {} ms old; {} % of the current is left unexplained\n",
+            figures(law.feedforward),
+            figures(1e3 * law.delay_s),
+            figures(100.0 * law.residual_share),
+        );
+        text
+    }
+}
+
+/// The gap's total and interval, m or rad at the load.
+pub(super) fn gap_figure(fit: &BacklashFit, per_rad: f64) -> Figure {
+    Figure {
+        value: 2.0 * fit.half_gap_rad * per_rad,
+        error: 0.0,
+        interval: fit.half_gap_interval_rad.map(|half| 2.0 * half * per_rad),
+    }
+}
+
+pub(super) fn gap_text(fit: &BacklashFit, scales: &Scales) -> String {
+    let gap = gap_figure(fit, scales.per_rad).times(1.0 / scales.small);
+    let mut text = line("gap", gap, scales.small_unit);
+    if let Some(reason) = fit.reason.as_ref().filter(|_| !fit.excited) {
+        text += &format!("  the log does not tell it from zero: {reason}\n");
+    }
+    text
+}

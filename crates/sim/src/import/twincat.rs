@@ -1,0 +1,151 @@
+//! Axes of TwinCAT NC: files `.xti` of one axis or a whole NC, and projects `.tsproj` (XML).
+//!
+//! `Axis` has its name in `Name`; below `AxisPara` are `Velo Maximum` and `Dynamic
+//! AccelerationMaximum`, `Acceleration` and `Jerk`, below `EncPara` `SoftEndMinControl` and
+//! `SoftEndMaxControl` with `Enable` and `Range`. Attributes that have their usual value are not
+//! written, so most files tell little. Seen in files of `_Config/NC/Axes` of
+//! <https://github.com/pcdshub/lcls-twincat-motion>; lengths are in the axis' unit, mm or degrees
+//! unless the user chose another.
+
+use super::draft::{Draft, Fate, Quantity, Told};
+use super::{Format, ImportOptions, number, positive, problem};
+use crate::machine::Problem;
+use lostmotion_base::AxisId;
+use roxmltree::{Document, Node, ParsingOptions};
+
+/// The format's row.
+pub(super) const FORMAT: Format = Format {
+    name: "twincat",
+    extensions: &["xti", "tsproj"],
+    looks_like: |text| text.contains("<TcSmItem") || text.contains("<TcSmProject"),
+    read,
+};
+
+/// Most nodes of a description: an axis has some thousand, of its types most.
+const MOST_NODES: u32 = 1_000_000;
+
+/// Element and attribute below `Axis`, and what they are. Of two the later one counts.
+const LIMITS: &[(&str, &str, Quantity)] = &[
+    ("Velo", "Maximum", Quantity::Velocity),
+    ("Dynamic", "Acceleration", Quantity::Acceleration),
+    ("Dynamic", "AccelerationMaximum", Quantity::Acceleration),
+    ("Dynamic", "Jerk", Quantity::Jerk),
+    ("SoftEndMinControl", "Range", Quantity::Min),
+    ("SoftEndMaxControl", "Range", Quantity::Max),
+];
+
+/// Further attributes of an axis that are known and change nothing here.
+const KNOWN: &[(&str, &str, &str)] = &[
+    (
+        "EncPara",
+        "ScaleFactorNumerator",
+        "the encoder's resolution: the machine file has none",
+    ),
+    (
+        "EncPara",
+        "ScaleFactorDenominator",
+        "the encoder's resolution: the machine file has none",
+    ),
+    ("EncPara", "Offset", "of the encoder"),
+    (
+        "CtrPara",
+        "PriorControlFactor",
+        "velocity feed-forward of the position loop: see [drive]",
+    ),
+    ("Analog", "VeloReferenz", "scale of the drive's command"),
+];
+
+/// Reads the axes.
+fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+    let options = ParsingOptions {
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text, options).map_err(|error| {
+        let line = usize::try_from(error.pos().row).unwrap_or(1);
+        vec![problem(line, "", format!("not XML: {error}"), "")]
+    })?;
+    let line = |node: Node<'_, '_>| document.text_pos_at(node.range().start).row as usize;
+    let named =
+        |node: &Node<'_, '_>, name: &str| node.is_element() && node.tag_name().name() == name;
+    let mut draft = Draft::new("TwinCAT NC");
+    let mut problems = Vec::new();
+    let mut seen = 0;
+    for node in document.descendants().filter(|node| named(node, "Axis")) {
+        seen += 1;
+        let name = node.children().find(|child| named(child, "Name"));
+        let name = name.and_then(|name| name.text()).unwrap_or_default().trim();
+        let Some(axis) = letter(name) else {
+            draft.row(
+                format!("Axis {name}"),
+                "",
+                Fate::Ignored,
+                "its name tells no axis",
+            );
+            continue;
+        };
+        draft.axis(axis, axis.is_rotary());
+        draft.row(
+            format!("Axis {name}"),
+            "",
+            Fate::Used,
+            format!("axis {axis}"),
+        );
+        for part in node.descendants().filter(Node::is_element) {
+            let tag = part.tag_name().name();
+            if tag.starts_with("SoftEnd") && part.attribute("Enable") != Some("true") {
+                continue;
+            }
+            if let Err(found) = limits(&mut draft, part, axis, line(part)) {
+                problems.push(found);
+            }
+        }
+    }
+    if draft.axes.is_empty() && problems.is_empty() {
+        let what = format!("{seen} axes, none with a name that tells its letter");
+        let hint = "name them X, Y1 or Axis Z in TwinCAT; a file of one axis has the axis' name as its own";
+        problems.push(problem(1, "", what, hint));
+    }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
+}
+
+/// The axis that a name tells: a word of one letter, with digits behind it or none.
+fn letter(name: &str) -> Option<AxisId> {
+    name.split(|c: char| !c.is_alphanumeric()).find_map(|word| {
+        let mut letters = word.chars();
+        let axis = letters.next().and_then(AxisId::from_letter)?;
+        letters.all(|c| c.is_ascii_digit()).then_some(axis)
+    })
+}
+
+/// Takes over what one element of an axis tells.
+fn limits(draft: &mut Draft, part: Node<'_, '_>, axis: AxisId, line: usize) -> Result<(), Problem> {
+    let tag = part.tag_name().name();
+    for (element, attribute, quantity) in LIMITS {
+        let Some(text) = part.attribute(*attribute).filter(|_| tag == *element) else {
+            continue;
+        };
+        let from = format!("{axis} {tag} {attribute}");
+        let value = if matches!(quantity, Quantity::Min | Quantity::Max) {
+            number(line, &from, text)?
+        } else {
+            positive(line, &from, text)?
+        };
+        draft.tell(axis, *quantity, Told { value, from, line }, text);
+    }
+    for (element, attribute, why) in KNOWN {
+        if let Some(text) = part.attribute(*attribute).filter(|_| tag == *element) {
+            draft.row(
+                format!("{axis} {tag} {attribute}"),
+                text,
+                Fate::Ignored,
+                *why,
+            );
+        }
+    }
+    Ok(())
+}
