@@ -19,6 +19,7 @@ __all__ = [
     "Program",
     "Progress",
     "Run",
+    "SweepDriver",
     "Table",
     "Tick",
     "__version__",
@@ -31,6 +32,9 @@ __all__ = [
     "presets",
     "schema",
     "simulate",
+    "sweep_collect",
+    "sweep_plan",
+    "sweep_work",
 ]
 
 __version__: str
@@ -335,6 +339,7 @@ def identify(
     log: tuple[dict[str, bytes], str] | tuple[str | PathLike[str], Sequence[str]],
 ) -> dict[str, Any]: ...
 
+@final
 class SweepDriver:
     def __new__(
         cls, manifest: str | PathLike[str], shard: str, results: str | PathLike[str]
