@@ -149,7 +149,7 @@ pub fn page(manifest: &Manifest, finished: &mut Finished<'_>) -> Result<String, 
     let mut out = String::new();
     let _ = writeln!(
         out,
-        "{} cells: {} programs, {} machines, {} methods side by side. {} could not be run, {} are missing. Errors are contour errors of cutting moves, in um.\n",
+        "Cells: {}; programs: {}, machines: {}, methods side by side: {}. Cells that could not be run: {}, missing: {}. Errors are contour errors of cutting moves, in um.\n",
         manifest.cells.len(),
         header.programs.len(),
         header.machines.len(),
@@ -291,11 +291,22 @@ fn groups(manifest: &Manifest, coordinate: usize) -> Vec<(String, Vec<usize>)> {
 
 /// A level in few digits.
 fn short((text, number, _): &(String, f64, Vec<usize>)) -> String {
-    if number.is_finite() && text.len() > 8 {
-        format!("{number:.3e}")
-    } else {
-        text.clone()
+    digits(*number).unwrap_or_else(|| text.clone())
+}
+
+/// A number in four digits; `None` of what is no number, or has no more by itself.
+fn digits(number: f64) -> Option<String> {
+    if !number.is_finite() || number.to_string().len() <= 6 {
+        return None;
     }
+    Some(match number.abs() {
+        size if !(1e-3..1e6).contains(&size) => format!("{number:.3e}"),
+        size if size < 1.0 => format!("{number:.4}"),
+        size if size < 10.0 => format!("{number:.3}"),
+        size if size < 100.0 => format!("{number:.2}"),
+        size if size < 1000.0 => format!("{number:.1}"),
+        _ => format!("{number:.0}"),
+    })
 }
 
 fn by_level(out: &mut String, manifest: &Manifest, summary: &Summary, coordinate: usize) {
@@ -306,7 +317,7 @@ fn by_level(out: &mut String, manifest: &Manifest, summary: &Summary, coordinate
         .map_or("", |coordinate| coordinate.name.as_str());
     let _ = write!(
         out,
-        "\n## Over {}\n\nMedian of the largest error, and of the largest its 95 %.\n\n| {} | cells |",
+        "\n## Over {}\n\nMedian of the largest error of each cell, and what 95 % of them are not above.\n\n| {} | cells |",
         cell_text(name),
         cell_text(name)
     );
@@ -378,7 +389,39 @@ fn inputs(manifest: &Manifest, index: usize) -> String {
     };
     let mut text = format!("{} on {}", header.program(cell), header.machine(cell));
     for (coordinate, level) in header.vary.iter().zip(&cell.values) {
+        let few = match level {
+            Level::Number(number) => digits(*number),
+            _ => None,
+        };
+        let level = few.unwrap_or_else(|| level.to_string());
         let _ = write!(text, ", {}={level}", coordinate.name);
     }
     cell_text(&text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_shown_in_four_digits() {
+        for (number, text) in [
+            (39.995_117_187_5, "40.00"),
+            (3.994_140_625, "3.994"),
+            (0.012_345_678, "0.0123"),
+            (1.234_567_89e-7, "1.235e-7"),
+            (123_456.789, "123457"),
+        ] {
+            assert_eq!(digits(number).as_deref(), Some(text));
+        }
+        assert_eq!(digits(12.5).or(digits(f64::NAN)), None);
+    }
+
+    #[test]
+    fn quantiles_are_values_of_the_list() {
+        let values = [3.0, f64::NAN, 1.0, 2.0, 5.0, 4.0];
+        let found = [0.0, 0.5, 0.75, 1.0].map(|part| quantile(&values, part));
+        assert_eq!(found, [1.0, 3.0, 4.0, 5.0]);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
 }

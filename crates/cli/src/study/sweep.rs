@@ -180,7 +180,7 @@ fn planned(args: &PlanArgs, quiet: bool) -> Result<u8, Failure> {
     if !quiet {
         let header = &manifest.header;
         output::remark(&format!(
-            "{}: {} cells ({} programs, {} machines, {} methods side by side)",
+            "{}: cells: {}; programs: {}, machines: {}, methods side by side: {}",
             args.out.display(),
             header.cells,
             header.programs.len(),
