@@ -61,6 +61,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "base", "plan", "drive", "methods", "contour", "sim", "report",
         ],
     ),
+    ("lostmotion-sweep", &["base", "methods", "sim", "report"]),
     (
         "lostmotion",
         &[
@@ -80,8 +81,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "report",
         ],
     ),
-    ("lostmotion-cli", &["", "study"]),
-    ("lostmotion-python", &[""]),
+    ("lostmotion-cli", &["", "study", "sweep"]),
+    ("lostmotion-python", &["", "sweep"]),
     ("lostmotion-c", &[""]),
 ];
 

@@ -31,13 +31,17 @@ mod testpart;
 use std::process::ExitCode;
 
 /// Exit code of a run that was interrupted: 128 and the number of Ctrl-C's signal, as in shells.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
     // Without a handler, an interrupted run leaves its unfinished files behind.
     let _ = ctrlc::set_handler(|| {
+        // A sweep finishes what it is at; whatever else there is ends here.
+        if study::ends_after_cells() {
+            return;
+        }
         let _none_begins = lostmotion::report::atomic::abandon();
-        std::process::exit(INTERRUPTED);
+        std::process::exit(i32::from(INTERRUPTED));
     });
     match cli::Cli::of_process().run() {
         Ok(code) => ExitCode::from(code),

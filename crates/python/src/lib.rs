@@ -15,6 +15,7 @@ mod options;
 mod plan;
 mod program;
 mod run;
+mod sweep;
 mod table;
 
 use pyo3::prelude::*;
@@ -38,6 +39,8 @@ mod _native {
     use crate::program::{Operations, Program};
     #[pymodule_export]
     use crate::run::{Run, methods, schema, simulate};
+    #[pymodule_export]
+    use crate::sweep::{SweepDriver, sweep_collect, sweep_plan, sweep_work};
     #[pymodule_export]
     use crate::table::{Column, Table};
 

@@ -1,7 +1,8 @@
-//! `lostmotion study`: the test matrix, single cells, couplers, endurance, and the paper.
+//! `lostmotion study`: the test matrix, single cells, couplers, endurance, the paper, and sweeps.
 
 mod drawn;
 mod matrix;
+mod sweep;
 
 use crate::options::{methods as known_methods, number, whole};
 use crate::output::{self, DONE, Failure};
@@ -26,6 +27,8 @@ use std::io::{self, BufWriter, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+pub(crate) use sweep::ends_after_cells;
+
 /// `study`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum StudyCommand {
@@ -44,6 +47,10 @@ pub(crate) enum StudyCommand {
     /// The experiments of Gan, Wang, Huang, Machines 2023, 11(2), 193: figures 3 and 7 to 11, and
     /// what the paper does not say, scanned
     Paper(Paper),
+    /// Many part programs, machines, methods and values of machine keys: planned, run on any number
+    /// of machines, put together
+    #[command(subcommand)]
+    Sweep(sweep::SweepCommand),
 }
 
 /// `study cell`.
@@ -151,6 +158,7 @@ pub(crate) fn run(study: &StudyCommand, quiet: bool) -> Result<u8, Failure> {
         StudyCommand::Bench(args) => bench(args),
         StudyCommand::Endurance(args) => endurance(args),
         StudyCommand::Paper(args) => paper(args),
+        StudyCommand::Sweep(command) => sweep::run(command, quiet),
     }
 }
 

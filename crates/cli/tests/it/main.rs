@@ -21,6 +21,7 @@ mod setpoints;
 mod settings;
 mod studies;
 mod surface;
+mod sweeps;
 mod texts;
 mod tools;
 mod watch;

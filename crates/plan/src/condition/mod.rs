@@ -46,9 +46,9 @@ const FASTER_PART: f64 = 0.99;
 /// The same where the section has arcs, which are what is wanted and not chords of something: a curve
 /// that leaves them for little makes the contour worse. A choice.
 const FASTER_PART_OF_ARCS: f64 = 0.98;
-/// The same where it has sharp corners: how much rounding them in time saves is overestimated where
-/// the tolerance is large. A choice.
-const FASTER_PART_OF_CORNERS: f64 = 1.02;
+/// The same where it has sharp corners: a curve swings beside its lines all along, and rounding in
+/// time does not. A choice.
+const FASTER_PART_OF_CORNERS: f64 = 0.96;
 /// Ways from rest to the feed over which a line may bend all along. A choice: on longer lines the
 /// motion is at its feed anyway, and a curve that begins there gets slower with a larger tolerance.
 const RUN_UPS: f64 = 3.0;

@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 from typing import Any, Literal
 
-from . import _native, compensators, errors, results
+from . import _native, compensators, errors, results, sweep
 from ._native import (
     Imported,
     Machine,
@@ -77,6 +77,7 @@ __all__ = [
     "results",
     "schema",
     "simulate",
+    "sweep",
 ]
 
 

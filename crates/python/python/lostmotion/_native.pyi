@@ -19,6 +19,7 @@ __all__ = [
     "Program",
     "Progress",
     "Run",
+    "SweepDriver",
     "Table",
     "Tick",
     "__version__",
@@ -31,6 +32,9 @@ __all__ = [
     "presets",
     "schema",
     "simulate",
+    "sweep_collect",
+    "sweep_plan",
+    "sweep_work",
 ]
 
 __version__: str
@@ -334,3 +338,25 @@ def fit(
 def identify(
     log: tuple[dict[str, bytes], str] | tuple[str | PathLike[str], Sequence[str]],
 ) -> dict[str, Any]: ...
+
+@final
+class SweepDriver:
+    def __new__(
+        cls, manifest: str | PathLike[str], shard: str, results: str | PathLike[str]
+    ) -> SweepDriver: ...
+    def __len__(self) -> int: ...
+    def shared(self) -> bytes: ...
+    def batch(self, start: int, count: int) -> tuple[list[str], list[int]]: ...
+    def program(self, index: int) -> bytes: ...
+    def append(self, lines: Sequence[str]) -> tuple[int, float]: ...
+    def sync(self) -> None: ...
+
+def sweep_plan(
+    text: str, path: str | PathLike[str], out: str | PathLike[str], most_cells: int | None
+) -> int: ...
+def sweep_collect(
+    manifest: str | PathLike[str], results: Sequence[str | PathLike[str]]
+) -> tuple[Table, list[str]]: ...
+def sweep_work(
+    shared: bytes, programs: Sequence[tuple[int, bytes]], cells: Sequence[str], threads: int
+) -> list[str]: ...

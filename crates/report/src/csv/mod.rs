@@ -9,10 +9,12 @@ mod motion;
 mod results;
 mod rows;
 mod setpoints;
+mod table;
 mod trace;
 
 pub use motion::{AxisRow, AxisScales, AxisTraceWriter, PlanWriter};
 pub use results::{BlockWriter, ReversalWriter, TimeWriter};
 pub use rows::{ColumnKind, Rows, TableCells, TableColumn};
 pub use setpoints::{SetpointReader, SetpointSource};
+pub use table::{TableCell, TableWriter};
 pub use trace::{ContourWriter, MotorWriter, TraceRange};

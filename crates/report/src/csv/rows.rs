@@ -63,6 +63,11 @@ pub trait TableCells: Sized {
     fn text(&mut self, text: &str);
     #[doc(hidden)]
     fn number(&mut self, value: f64, decimals: usize);
+    /// A number with as many digits as tell it from all others.
+    #[doc(hidden)]
+    fn exact(&mut self, value: f64) {
+        self.number(value, usize::MAX);
+    }
     #[doc(hidden)]
     fn integer(&mut self, value: i64);
     /// The time `tick * period_ns` in s.
@@ -91,6 +96,14 @@ impl<W: Write> TableCells for Rows<W> {
 
     fn number(&mut self, value: f64, decimals: usize) {
         Rows::number(self, value, decimals);
+    }
+
+    fn exact(&mut self, value: f64) {
+        self.comma();
+        if value.is_finite() {
+            // The shortest decimal that reads back to the same number; into memory it cannot fail.
+            let _ = write!(self.buffer, "{value}");
+        }
     }
 
     fn integer(&mut self, value: i64) {

@@ -1,0 +1,170 @@
+//! Sweeps: a driver with manifest and results, and workers that run batches of cells.
+
+use crate::apart::apart;
+use crate::error::Refusal;
+use crate::table::Table;
+use lostmotion::report::columns::ColumnTable;
+use lostmotion_sweep::SweepError;
+use lostmotion_sweep::batch::{Driver, work};
+use lostmotion_sweep::collect::Finished;
+use lostmotion_sweep::file::SweepFile;
+use lostmotion_sweep::manifest::Manifest;
+use lostmotion_sweep::plan::{Folders, plan};
+use lostmotion_sweep::run::Shard;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+impl From<SweepError> for Refusal {
+    fn from(error: SweepError) -> Refusal {
+        match error {
+            SweepError::Machine(error) => error.into(),
+            SweepError::Request(error) => error.into(),
+            error @ (SweepError::Write(_) | SweepError::Read { .. }) => {
+                Refusal::new("Error", "file", error.to_string(), &error.hint())
+            }
+            error => Refusal::data(error.to_string(), &error.hint()),
+        }
+    }
+}
+
+fn refused(error: SweepError) -> PyErr {
+    Refusal::from(error).into()
+}
+
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Plans a sweep from the text of its file; writes the manifest and gives the number of cells.
+#[pyfunction]
+pub(crate) fn sweep_plan(
+    py: Python<'_>,
+    text: String,
+    path: PathBuf,
+    out: PathBuf,
+    most_cells: Option<usize>,
+) -> PyResult<usize> {
+    apart(py, None, move |_| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let file = SweepFile::from_toml(&name, &text)?;
+        let folders = Folders {
+            file: folder(&path),
+            manifest: folder(&out),
+        };
+        let manifest = plan(&file, folders, most_cells)?;
+        manifest.write(&out)?;
+        Ok(manifest.cells.len())
+    })
+}
+
+/// The table of a sweep, and the keys of cells that are missing.
+#[pyfunction]
+pub(crate) fn sweep_collect(
+    py: Python<'_>,
+    manifest: PathBuf,
+    results: Vec<PathBuf>,
+) -> PyResult<(Table, Vec<String>)> {
+    apart(py, None, move |_| {
+        let manifest = Manifest::read(&manifest)?;
+        let mut finished = Finished::read(&manifest, &results)?;
+        let columns = finished.write_table::<ColumnTable>(Vec::new())?;
+        let missing = finished.missing().map(|(_, cell)| cell.key.to_string());
+        Ok((Table::of(columns), missing.collect()))
+    })
+}
+
+/// Runs a batch of cells: what every worker needs, the texts of programs by their numbers, and lines
+/// of cells; gives lines of results. Ctrl-C ends it after the cells in flight.
+#[pyfunction]
+pub(crate) fn sweep_work(
+    py: Python<'_>,
+    shared: Vec<u8>,
+    programs: Vec<(usize, Vec<u8>)>,
+    cells: Vec<String>,
+    threads: usize,
+) -> PyResult<Vec<String>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopping = Stopping(Arc::clone(&stop));
+    let answer = apart(py, None, move |_| {
+        Ok(work(&shared, programs, &cells, threads, &stop)?)
+    });
+    drop(stopping);
+    answer
+}
+
+/// Ends the work when its caller leaves.
+struct Stopping(Arc<AtomicBool>);
+
+impl Drop for Stopping {
+    fn drop(&mut self) {
+        self.0.store(true, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+/// The side that has manifest and results.
+#[pyclass(frozen, module = "lostmotion")]
+pub(crate) struct SweepDriver(Mutex<Driver>);
+
+impl SweepDriver {
+    fn driver(&self) -> MutexGuard<'_, Driver> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl SweepDriver {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        manifest: PathBuf,
+        shard: &str,
+        results: PathBuf,
+    ) -> PyResult<SweepDriver> {
+        let shard: Shard = shard
+            .parse()
+            .map_err(|why: String| Refusal::option(why, "").raised(py))?;
+        apart(py, None, move |_| {
+            Ok(Driver::open(&manifest, shard, &results)?)
+        })
+        .map(|driver| SweepDriver(Mutex::new(driver)))
+    }
+
+    /// Number of cells that are to be run.
+    fn __len__(&self) -> usize {
+        self.driver().len()
+    }
+
+    /// What every worker needs.
+    fn shared<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let shared = self.driver().shared().map_err(refused)?;
+        Ok(PyBytes::new(py, &shared))
+    }
+
+    /// Lines of cells, and the numbers of their programs.
+    fn batch(&self, start: usize, count: usize) -> PyResult<(Vec<String>, Vec<usize>)> {
+        self.driver().batch(start, count).map_err(refused)
+    }
+
+    /// The text of a program.
+    fn program<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let text = self.driver().program(index).map_err(refused)?;
+        Ok(PyBytes::new(py, &text))
+    }
+
+    /// Keeps lines of results; gives the number without figures, and the machine time, s.
+    #[expect(clippy::needless_pass_by_value, reason = "Python hands texts over")]
+    fn append(&self, lines: Vec<String>) -> PyResult<(usize, f64)> {
+        self.driver().append(&lines).map_err(refused)
+    }
+
+    /// Makes sure that everything is on the disk.
+    fn sync(&self) -> PyResult<()> {
+        self.driver().sync().map_err(refused)
+    }
+}

@@ -1,0 +1,120 @@
+"""Sweeps in this process: the command's files and figures, progress, what is refused."""
+
+from __future__ import annotations
+
+import builtins
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import lostmotion
+from conftest import Command
+from lostmotion import sweep
+
+FILE = """
+programs = ["part.ngc"]
+machines = ["bench3"]
+methods = ["none", "fixed"]
+
+[[vary]]
+name = "gap_um"
+keys = ["axis.x.load.slide.gap_um"]
+from = 0
+to = 40
+steps = 12
+"""
+
+
+@pytest.fixture
+def manifest(tmp_path: Path) -> Path:
+    (tmp_path / "part.ngc").write_text("G21 G90 G64 P0.005\nG0 X10 Y0\nG1 X0 Y10 F2000\nX10 Y0\nM2\n")
+    (tmp_path / "sweep.toml").write_text(FILE)
+    assert sweep.plan(tmp_path / "sweep.toml", tmp_path / "sweep.jsonl") == 12
+    return tmp_path / "sweep.jsonl"
+
+
+def test_results_are_those_of_the_command(manifest: Path, command: Command) -> None:
+    seen: list[sweep.SweepProgress] = []
+    done = sweep.run(manifest, on_progress=seen.append, batch_s=0.01)
+    assert (done.done, done.all, done.failed) == (12, 12, 0) and seen[-1] == done and len(seen) > 1
+    # The command finds nothing left, and makes the same.
+    command("study", "sweep", "run", manifest, "--out", manifest.with_name("theirs.jsonl"))
+    ours = manifest.with_name("sweep.results.jsonl").read_text().splitlines()
+    assert sorted(ours) == sorted(manifest.with_name("theirs.jsonl").read_text().splitlines())
+    table = sweep.collect(manifest)
+    assert len(table) == 24 and list(table["method"][:2]) == ["none", "fixed"]
+    assert sweep.run(manifest).all == 0
+
+
+def test_a_run_that_is_ended_goes_on(manifest: Path) -> None:
+    with pytest.raises(lostmotion.Cancelled):
+        sweep.run(manifest, shard="1/2", threads=1, batch_s=0.01, on_progress=lambda _done: False)
+    results = manifest.with_name("sweep.results-1-of-2.jsonl")
+    first = results.read_text()
+    assert 0 < first.count("\n") < 6
+    assert sweep.run(manifest, shard="1/2").done == 6 - first.count("\n")
+    assert results.read_text().startswith(first)
+    with pytest.warns(UserWarning, match="6 cells"):
+        assert len(sweep.collect(manifest)) == 12
+
+
+def test_ctrl_c_is_heard_and_nothing_is_lost(manifest: Path) -> None:
+    text = FILE.replace("steps = 12", "steps = 4000")
+    manifest.with_name("sweep.toml").write_text(text)
+    sweep.plan(manifest.with_name("sweep.toml"), manifest)
+    script = f"""
+        from lostmotion import sweep
+        tell = lambda done: print("going", flush=True)
+        sweep.run({str(manifest)!r}, batch_s=0.1, on_progress=tell)
+    """
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert child.stdout is not None and child.stdout.readline() == b"going\n"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in said
+    lines = manifest.with_name("sweep.results.jsonl").read_text()
+    assert lines.endswith("\n") and 0 < lines.count("\n") < 4000
+
+
+def test_what_is_wrong_is_an_exception(manifest: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong: list[dict[str, Any]] = [
+        {"engine": "slurm"},
+        {"threads": -1},
+        {"retries": -1},
+        {"batch_s": float("nan")},
+        {"batch_s": 0.0},
+        {"in_flight": 0},
+        {"shard": "3/2"},
+    ]
+    for named in wrong:
+        with pytest.raises(lostmotion.OptionError):
+            sweep.run(manifest, **named)
+    with pytest.raises(lostmotion.OptionError):
+        sweep.plan(manifest.with_name("sweep.toml"), manifest, most_cells=0)
+    with pytest.raises(lostmotion.DataError, match="more than 5 cells"):
+        sweep.plan(manifest.with_name("sweep.toml"), manifest, most_cells=5)
+    with pytest.raises(lostmotion.DataError, match="no results"):
+        sweep.collect(manifest)
+    with pytest.raises(lostmotion.Error, match=r"none\.jsonl"):
+        sweep.run(manifest.with_name("none.jsonl"))
+    manifest.with_name("part.ngc").write_text("M2\n")
+    with pytest.raises(lostmotion.DataError, match="has changed since the plan"):
+        sweep.run(manifest)
+
+    real = builtins.__import__
+
+    def without_ray(name: str, *rest: Any, **named: Any) -> Any:
+        if name == "ray":
+            raise ImportError(name)
+        return real(name, *rest, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without_ray)
+    with pytest.raises(lostmotion.MissingPackage, match="ray is not installed"):
+        sweep.run(manifest, engine="ray")
