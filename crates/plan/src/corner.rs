@@ -185,8 +185,12 @@ pub(crate) fn usual_overlap_s(
         .joints()
         .map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
     if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING_FACTOR) {
-        // Not while both have jerk.
-        return if longest >= 2.0 * window_s {
+        // Not while both have jerk; in between the first slows down while the second speeds up.
+        let mut accelerations = machine.joints().map(|(joint, [_, limit, _])| {
+            (second * b.0[joint] - first * a.0[joint]).abs() * window_s / limit
+        });
+        let fit = accelerations.all(|part| part <= ROUNDING_FACTOR);
+        return if fit && longest >= 2.0 * window_s {
             2.0 * window_s
         } else {
             0.0

@@ -306,7 +306,8 @@ const EFFORTS: [[f64; 2]; 8] = [
 /// Parts of the pace aimed at that are tried where the plan leaves no room for all of it; the rest
 /// follows with a later change.
 const GOAL_PARTS: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
-/// Parts of a fall that are left by a ramp before the one that does the rest.
+/// Parts of a fall that are left by a ramp before the one that does the rest. A choice: one of them
+/// nearly always finds room at once.
 const FIRST_PARTS: [f64; 4] = [0.97, 0.9, 0.8, 0.6];
 /// Difference from a pace up to which it is reached.
 pub(super) const PACE_SLACK: f64 = 1e-6;

@@ -3,8 +3,9 @@
 //! The smoothest curve at a steady pace leaves the limits of the joints unused. This one is found as
 //! a motion: a cubic spline of the time, so that its third derivative is the jerk. The sum of a high
 //! power of every joint's jerk, in units of its limit, is made least inside the tube, where the curve
-//! may also slide along its lines; then each stretch is given the time in which it takes the limits,
-//! and the motion is found again. What is left of it is its shape: the plan gives it the time.
+//! may also slide along its lines; then each stretch is given more time where that is worth more, and
+//! the motion is found again. What is left of it is its shape and its parameter: the plan gives it the
+//! time.
 
 mod jerks;
 mod times;
@@ -40,11 +41,11 @@ const MAX_INTERVALS: usize = 2048;
 /// Least time, as a part of that which the feed alone takes, from which on a motion is looked for. A
 /// choice: a plan is that near to its feed anyway.
 const LEAST_OVER_FEED: f64 = 1.04;
-/// Half of the powers with which it is found, each from the one before: the higher the power, the
+/// Half of the powers with which it is found at last, each from the one before: the higher the power, the
 /// nearer the largest jerk is to the mean, and the fewer the steps of Newton's method that are too
 /// long. A choice.
-const HALF_POWERS: [u32; 4] = [TIMED_HALF_POWER, 3, 4, 6];
-/// Half of the power with which the times are found.
+const HALF_POWERS: [u32; 3] = [3, 4, 6];
+/// Half of the power with which the times are found before.
 const TIMED_HALF_POWER: u32 = 2;
 /// How often the times are set anew. A choice: a third time changes no time by more than 0.5 %.
 const RETIMINGS: usize = 2;
@@ -92,8 +93,8 @@ pub(super) fn curve<'a>(
         sites = motion.sites();
         motion.solve(&mut sites);
     }
-    for half_power in &HALF_POWERS[1..] {
-        motion.jerks.half_power = *half_power;
+    for half_power in HALF_POWERS {
+        motion.jerks.half_power = half_power;
         motion.solve(&mut sites);
     }
     if is_proven && motion.needed_s() > MOST_PART * at_first_s {
