@@ -25,6 +25,9 @@ const SQUARE: f64 = 10.0;
 const FILLED_SHARE: f64 = 0.5;
 /// Steps by which levels are told apart, mm.
 const LEVEL_MM: f64 = 1e-3;
+/// Steps within which what is not quite level belongs to a level: under G64 a path swings beside its
+/// lines. A choice: most tolerances are less, and levels are farther apart.
+const NEAR_LEVEL: u64 = 50;
 /// Part of the cutting that has to be level for drawings by level. A choice.
 const LEVEL_SHARE: f64 = 0.6;
 
@@ -177,9 +180,11 @@ fn levels(path: &Path, cutting: &[usize], plane: Plane, most: usize) -> Vec<Leve
         let Some((from, to, _)) = ends(*index) else {
             continue;
         };
-        if from == to {
-            let nearest = (0..longest.len()).min_by_key(|at| longest[*at].0.abs_diff(from));
-            leads_to = nearest.unwrap_or(leads_to);
+        let off = |at: usize| longest[at].0.abs_diff(from).max(longest[at].0.abs_diff(to));
+        if let Some(nearest) = (0..longest.len()).min_by_key(|at| off(*at))
+            && (from == to || off(nearest) <= NEAR_LEVEL)
+        {
+            leads_to = nearest;
         }
         if let Some(level) = levels.get_mut(leads_to) {
             level.stretches.push(*index);

@@ -148,7 +148,7 @@ fn without_gap_a_circle_is_followed_to_micrometres_and_the_gap_adds_its_half() {
 
 #[test]
 fn a_run_that_names_no_method_uses_that_of_each_axis() {
-    let program = Program::from_str("circle", "G21 G90 G17 G0 X2 Y0\nG3 I-2 F2000\nM2\n");
+    let program = Program::from_str("circle", "G21 G90 G17 G0 X2 Y0\nG3 I-2 F1200\nM2\n");
     let machine = |x: &str, y: &str| {
         Machine::preset("vmc3")
             .unwrap()

@@ -153,7 +153,7 @@ fn rounding_corners_is_said_and_more_tolerance_saves_time() {
         .map(|n| format!("G1 X{} Y{}\n", 5 * (n / 2 + 1), 5 * (n % 2)))
         .collect();
     let (time, _) = timed(
-        &format!("G21 G90 G17 G64 P0.05\nF6000\n{sides}M2\n"),
+        &format!("G21 G90 G17 G64 P0.005\nF6000\n{sides}M2\n"),
         &TimeOptions::default(),
     );
     let saved = time
