@@ -210,7 +210,17 @@ mod tests {
     use super::*;
     use lostmotion_base::Coords;
 
-    /// A line along which the speed falls and rises.
+    /// How far, how fast and how hard: a speed that falls to the least one and rises again.
+    fn falls_and_rises(least: f64, t: f64) -> [f64; 3] {
+        let x = t - 0.06;
+        [
+            least * t + 4e3 / 3.0 * (x * x * x),
+            least + 4e3 * x * x,
+            8e3 * x,
+        ]
+    }
+
+    /// A line with these along it.
     fn line(times: &Breaks, speed: impl Fn(f64) -> [f64; 3]) -> Vec<HermiteEnd> {
         let states = times.0.iter().map(|t| {
             let [gone, v, a] = speed(*t);
@@ -228,14 +238,7 @@ mod tests {
     #[test]
     fn the_pace_goes_from_what_is_given_to_what_is_given() {
         let times = Breaks::even(0.1, 20);
-        let speed = |t: f64| {
-            let x = t - 0.06;
-            [
-                10.0 * t + 4e3 / 3.0 * (x * x * x),
-                10.0 + 4e3 * x * x,
-                8e3 * x,
-            ]
-        };
+        let speed = |t| falls_and_rises(10.0, t);
         let states = line(&times, speed);
         let given = |d1: f64, d2: f64| {
             Tie::State(HermiteEnd {
@@ -281,14 +284,7 @@ mod tests {
     #[test]
     fn a_gentle_curve_goes_by_its_length() {
         let times = Breaks::even(0.1, 20);
-        let speed = |t: f64| {
-            let x = t - 0.06;
-            [
-                30.0 * t + 4e3 / 3.0 * (x * x * x),
-                30.0 + 4e3 * x * x,
-                8e3 * x,
-            ]
-        };
+        let speed = |t| falls_and_rises(30.0, t);
         let states = line(&times, speed);
         let pace = Pace::new(&[Tie::Place, Tie::Place], &states, &times).unwrap();
         for k in 0..20 {
