@@ -15,7 +15,10 @@
 //!
 //! Signals: reference, next reference (rad, rad/s, rad/s2). Settings: told total gap (um, mdeg or
 //! motor rad), part of the drive's torque for a traverse (0 to 1), part of the wind-up T/k that is
-//! added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The load's inertia,
+//! added to the reference (0 to 1; 0 leaves it as on a machine without a gap), and whether all that is
+//! used only from 20 ms after the first change of flank on: no method that learns from the motor can
+//! know a gap before the motor has crossed it, so what this leaves is the least that one can leave that starts
+//! without a memory. The load's inertia,
 //! friction, constant torque, weight ([`lostmotion_drive::config::Gravity`]) and the shaft's
 //! stiffness and damping are those of the description.
 //!
@@ -49,6 +52,9 @@ pub struct LookupSettings {
     pub torque_share: f64,
     /// Part of the shaft's wind-up that is added to the reference, 0 to 1.
     pub wind_up: f64,
+    /// Whether the gap is used only once the load has changed its flank for the first time, as if it had been
+    /// learned there.
+    pub after_crossing: bool,
 }
 
 impl Default for LookupSettings {
@@ -57,6 +63,7 @@ impl Default for LookupSettings {
             gap: None,
             torque_share: 0.5,
             wind_up: 0.0,
+            after_crossing: false,
         }
     }
 }
@@ -79,12 +86,19 @@ pub struct Lookup {
     crossing: Crossing,
     load: LoadModel,
     half_gap: f64,
+    after_crossing: bool,
 }
 
+/// Servo ticks from a change of flank on after which the far flank has been met: 20 ms.
+const MET_TICKS: u32 = 80;
+
 /// State of its twin and of its traverse.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(transparent)]
-pub struct LookupState(CrossingState);
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LookupState {
+    crossing: CrossingState,
+    /// Servo ticks since the first change of flank, up to [`MET_TICKS`]; 0 before it.
+    since: u32,
+}
 
 impl Registered for Lookup {
     const INFO: &'static MethodInfo = &MethodInfo {
@@ -101,9 +115,15 @@ impl Registered for Lookup {
     fn from_axis(config: &AxisConfig) -> Lookup {
         let settings = &config.compensation.lookup;
         let gap = told_or_true_gap(settings.gap, config);
+        let crossing = Crossing::new(config, settings.torque_share, settings.wind_up);
+        let crossing = if settings.after_crossing {
+            crossing.taking_up()
+        } else {
+            crossing
+        };
         Lookup {
-            crossing: Crossing::new(config, settings.torque_share, settings.wind_up)
-                .with_weight(config),
+            crossing: crossing.with_weight(config),
+            after_crossing: settings.after_crossing,
             load: LoadModel::told(config),
             half_gap: 0.5 * gap,
         }
@@ -118,20 +138,35 @@ impl Compensator for Lookup {
     }
 
     fn initial(&self, motor_position: f64) -> LookupState {
-        LookupState(self.crossing.initial(motor_position, &self.load))
+        let mut crossing = self.crossing.initial(motor_position, &self.load);
+        // its load is the true one
+        crossing.trusts_twin = true;
+        LookupState { crossing, since: 0 }
     }
 
     fn step(&self, state: &mut LookupState, signals: &Signals) -> Correction {
-        self.crossing
-            .step(&mut state.0, signals, &self.load, self.half_gap)
+        if let Some(twin) = self.begin(state, signals) {
+            twin.step(&signals.reference, &signals.next_reference);
+        }
+        self.finish(state, signals)
     }
 
     fn begin<'a>(&'a self, state: &'a mut LookupState, _: &Signals) -> Option<Twinned<'a>> {
-        Some(self.crossing.begin(&mut state.0, &self.load))
+        Some(self.crossing.begin(&mut state.crossing, &self.load))
     }
 
     fn finish(&self, state: &mut LookupState, signals: &Signals) -> Correction {
-        self.crossing
-            .finish(&mut state.0, signals, &self.load, self.half_gap)
+        let known = !self.after_crossing || state.since >= MET_TICKS;
+        let half_gap = if known { self.half_gap } else { 0.0 };
+        let before = state.crossing.side;
+        let correction = self
+            .crossing
+            .finish(&mut state.crossing, signals, &self.load, half_gap);
+        // the first flank is no change
+        let changed = before != 0 && state.crossing.side != before;
+        if state.since > 0 || changed {
+            state.since = (state.since + 1).min(MET_TICKS);
+        }
+        correction
     }
 }

@@ -74,7 +74,7 @@ pub(super) struct Readings {
     recent: [Option<Kept>; KEPT_READINGS],
     /// Larger ones that came in a row since the last that agreed, the newest first.
     rivals: [Option<Kept>; RIVALS],
-    /// Crossings that showed a contact, whether they count or not; the newest first, 0 for none.
+    /// The smallest crossings that showed a contact and did not count; 0 for none.
     hints: [f64; KEPT_HINTS],
 }
 
@@ -220,8 +220,14 @@ impl Readings {
 
     /// Takes a reading that may not count.
     pub(super) fn hint(&mut self, value: f64) {
-        self.hints.rotate_right(1);
-        self.hints[0] = value;
+        // the smallest are kept: one wrong cause may show the same gap time and again
+        let largest = |a: &&mut f64, b: &&mut f64| a.total_cmp(b);
+        let empty = self.hints.iter_mut().find(|hint| **hint == 0.0);
+        if let Some(empty) = empty {
+            *empty = value;
+        } else if let Some(hint) = self.hints.iter_mut().max_by(largest) {
+            *hint = hint.min(value);
+        }
     }
 
     /// A value below what the last hints say: a part of the second smallest of several; else 0.
@@ -321,6 +327,24 @@ impl Readings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_smallest_hints_stay_however_often_a_larger_gap_shows() {
+        let mut known = Readings::default();
+        for _ in 0..5 {
+            known.hint(1.0);
+        }
+        assert_eq!(known.used(), 0.0);
+        for _ in 0..20 {
+            known.hint(13.7);
+        }
+        assert!((known.used() - HINT_SHARE).abs() < 1e-12);
+        // what is smaller replaces what is larger, and two of it are believed
+        known.hint(0.5);
+        assert!((known.used() - HINT_SHARE).abs() < 1e-12);
+        known.hint(0.5);
+        assert!((known.used() - 0.5 * HINT_SHARE).abs() < 1e-12);
+    }
 
     #[test]
     fn it_follows_a_drift_and_leaves_out_what_is_far_beside() {

@@ -170,9 +170,11 @@ fn shown(cell: &DrawnCell, result: &DrawnResult) -> String {
     );
     let none = result.none().map(|none| none.whole).unwrap_or_default();
     out.push_str(&format!(
-        "practical limit: backlash {} um RMS, {} um max\n",
+        "practical limit: backlash {} um RMS, {} um max; of a cold start {} RMS, {} max\n",
         fixed(result.practical_um[0], 3),
-        fixed(result.practical_um[1], 3)
+        fixed(result.practical_um[1], 3),
+        fixed(result.cold_um[0], 3),
+        fixed(result.cold_um[1], 3)
     ));
     for method in &result.methods {
         let (whole, second) = (&method.whole, &method.second_half);

@@ -360,8 +360,13 @@ impl Adaptive {
                 state.crossing.trusts_twin = state.learning.is_anchored();
             }
         }
-        if hints(&said, self.negligible) {
-            state.gap.hint(said.half_gap);
+        // what is used by hints alone gives way to anything smaller, however little it shows: a traverse that
+        // is too long pushes the load, and no contact shows then
+        let denied = state.gap.count == 0 && said.half_gap < state.used;
+        if hints(&said, self.negligible) || denied {
+            state
+                .gap
+                .hint(said.half_gap.max(LEAST_HALF_GAP_SHARE * self.negligible));
         }
         // what a memory said stands until a reading counts
         if state.gap.count > 0 {
@@ -377,11 +382,12 @@ impl Adaptive {
 }
 
 /// Whether a reading is a hint of the gap, though it may not count: a contact beyond doubt, not quite
-/// explained.
+/// explained, or one that shows and is explained, over a flank that wavered.
 fn hints(said: &Said, negligible: f64) -> bool {
+    let shows = said.evidence > CLEAR_EVIDENCE && said.misfit < LARGEST_MISFIT_BY_SHARE
+        || said.evidence > LEAST_EVIDENCE && said.misfit < CLEAR_MISFIT;
     said.half_gap > negligible
-        && said.evidence > CLEAR_EVIDENCE
-        && said.misfit < LARGEST_MISFIT_BY_SHARE
+        && shows
         && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
 }
 

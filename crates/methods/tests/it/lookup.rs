@@ -1,6 +1,7 @@
 //! What full knowledge gives: the part of the load's error that the gap causes, against no
 //! compensation.
 
+use lostmotion_drive::AxisOutput;
 use lostmotion_drive::config::{Gap, Load};
 use lostmotion_methods::AxisConfig;
 use lostmotion_rig::{
@@ -176,4 +177,37 @@ fn a_gap_known_to_a_part_only_is_taken_for_the_least_it_may_be() {
         let error = config.check().expect_err("out of range").to_string();
         assert!(error.contains("compensation.gap_uncertainty"), "{error}");
     }
+}
+
+#[test]
+fn a_gap_that_is_used_after_the_first_crossing_moves_nothing_before_it() {
+    let config = mill_x(0.1, 20.0, None);
+    let mut after = config.clone();
+    after.compensation.lookup.after_crossing = true;
+    // slowly forth, and back, four times: friction holds the load against its flank up to the first return
+    let stroke = Move {
+        distance: 20.0,
+        velocity: 30.0,
+        acceleration: 100.0,
+        jerk: 1000.0,
+    };
+    let turn = stroke.duration();
+    let motion = move |t: f64| there_and_back(stroke, 0.0, t % (2.0 * turn));
+    let run = |config: &AxisConfig, method| run(config, method, &motion, 8.0 * turn);
+    let [none, told, later] = [
+        run(&config, "none"),
+        run(&config, "lookup"),
+        run(&after, "lookup"),
+    ];
+    // to the bit as without compensation up to the first change of flank
+    let samples = |turns: f64| (turns * turn * 4000.0) as usize;
+    assert!(later.load[..samples(0.9)] == none.load[..samples(0.9)]);
+    assert!(later.load[..samples(1.5)] != none.load[..samples(1.5)]);
+    // from the second crossing on as with everything told
+    let last = |out: &AxisOutput| rms(errors(out).into_iter().skip(samples(2.0)));
+    let [none, told, later] = [&none, &told, &later].map(last);
+    assert!(
+        later < 1.05 * told && told < 0.3 * none,
+        "{none} {told} {later}"
+    );
 }

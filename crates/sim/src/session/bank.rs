@@ -2,6 +2,7 @@
 
 use super::guard::{Guard, Rehearse};
 use super::outputs::{AxisInfo, Beam, Kept, LaneLayout, Outputs};
+use super::skips::Skips;
 use crate::error::SimError;
 use crate::machine::{Machine, Memory};
 use crate::method::Choice;
@@ -69,8 +70,8 @@ pub(crate) struct Variant<'a> {
     choice: Option<&'a Choice>,
     misled: Option<Misled>,
     /// Of a machine that is rehearsed: its loads and gaps are those of the memory, and this part of
-    /// the correction is used.
-    rehearsed: Option<f64>,
+    /// the correction is used, but for these stretches.
+    rehearsed: Option<(f64, &'a Skips)>,
 }
 
 impl<'a> Variant<'a> {
@@ -92,10 +93,11 @@ impl<'a> Variant<'a> {
         }
     }
 
-    /// The machine as its drives have learned it, with a part of the correction of a compensator.
-    pub(crate) fn rehearsed(choice: &'a Choice, part: f64) -> Variant<'a> {
+    /// The machine as its drives have learned it, with a part of the correction of a compensator, but for
+    /// some stretches.
+    pub(super) fn rehearsed(choice: &'a Choice, part: f64, skips: &'a Skips) -> Variant<'a> {
         Variant {
-            rehearsed: Some(part),
+            rehearsed: Some((part, skips)),
             ..Variant::with_gap(choice)
         }
     }
@@ -240,7 +242,7 @@ impl Bank {
                 let said = rehearse.zip(memory);
                 let said = said.and_then(|(rehearse, memory)| rehearse(variant, memory));
                 guards[variant] = Some(match (variants[variant].rehearsed, said) {
-                    (Some(part), _) => Guard::fixed(count, part),
+                    (Some((part, skips)), _) => Guard::fixed(count, part, skips.clone()),
                     (None, Some(said)) => Guard::rehearsed(count, said),
                     (None, None) => Guard::new(count, false),
                 });
@@ -459,6 +461,9 @@ impl Bank {
                 guard.take(sample, &pair, (&self.layout.axes, self.command), path);
             }
             guard.decide();
+            if let Some(newest) = self.pending.back() {
+                guard.reach((newest.segment, newest.s));
+            }
         }
         let answered = self.pending.len().saturating_sub(delay);
         self.pending.drain(..answered);

@@ -26,16 +26,16 @@ pub(super) struct Contours {
 
 impl Contours {
     /// Measures a command of the plan with joint positions without a correction and with it; rapids, and
-    /// what a correction does not change, are left out.
+    /// what a correction does not change, are left out. Gives the squares of both errors, mm2.
     pub(super) fn measure(
         &mut self,
         sample: &Sample,
         pair: &Pair,
         clock: Clock,
         (tracker, modes): (&ContourTracker, &Modes),
-    ) {
+    ) -> Option<[f64; 2]> {
         if pair[0] == pair[1] || sample.path_speed <= 0.0 {
-            return;
+            return None;
         }
         let modes = modes.at(sample.segment);
         let wanted = modes.tool_pose(&sample.position, &sample.tool_mm);
@@ -54,7 +54,7 @@ impl Contours {
             // what cannot be measured is no contour to judge by
             match tracker.measure(foot, &input) {
                 Ok(found) if !found.rapid => *off = found.off_mm,
-                _ => return,
+                _ => return None,
             }
         }
         let square = |off: [f64; 3]| off.iter().map(|x| x * x).sum::<f64>();
@@ -65,6 +65,7 @@ impl Contours {
         self.changed += square(std::array::from_fn(|i| offs[1][i] - offs[0][i]));
         self.count += 1;
         self.time_s += clock.period_s();
+        Some(offs.map(square))
     }
 
     /// Forgets what was measured.

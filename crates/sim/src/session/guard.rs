@@ -23,6 +23,7 @@
 use super::contours::{Contours, Pair, Returns};
 use super::frame::STANDSTILL_PER_S;
 use super::outputs::AxisInfo;
+use super::skips::{Place, Skips};
 use crate::machine::Memory;
 use crate::motion::Modes;
 use crate::observer::ForeseenContour;
@@ -58,10 +59,12 @@ const BETTER_PEAK: (f64, f64) = (1.01, 2.5e-4);
 const WORSE_PEAK: (f64, f64) = (1.02, 5e-4);
 
 /// What a rehearsal says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Rehearsed {
     /// The part of the correction with which the contour is no worse, 0 for none.
     pub(super) share: f64,
+    /// Where nothing is corrected all the same.
+    pub(super) skips: Skips,
     /// Mean square (mm2) and peak (mm) of the contour error without a correction.
     pub(super) without: [f64; 2],
 }
@@ -89,8 +92,11 @@ pub(super) struct Guard {
     part: f64,
     /// Whether that is all that it says: of a machine that is rehearsed.
     fixed: bool,
-    /// What the rehearsal said.
-    rehearsal: Option<Rehearsed>,
+    /// What the rehearsal said of the machine without a correction: mean square (mm2) and peak (mm).
+    rehearsed: Option<[f64; 2]>,
+    /// Where nothing is corrected, and whether the newest command lies there.
+    skips: Skips,
+    skipping: bool,
 }
 
 /// A command of the plan and what was foreseen for it.
@@ -141,15 +147,18 @@ impl Guard {
             held_back: false,
             part: 1.0,
             fixed: false,
-            rehearsal: None,
+            rehearsed: None,
+            skips: Skips::default(),
+            skipping: false,
         }
     }
 
-    /// Of a machine that is rehearsed with a part of its correction.
-    pub(super) fn fixed(axes: usize, part: f64) -> Guard {
+    /// Of a machine that is rehearsed with a part of its correction, but for some stretches.
+    pub(super) fn fixed(axes: usize, part: f64, skips: Skips) -> Guard {
         Guard {
             part,
             fixed: true,
+            skips,
             ..Guard::new(axes, true)
         }
     }
@@ -158,9 +167,15 @@ impl Guard {
     pub(super) fn rehearsed(axes: usize, said: Rehearsed) -> Guard {
         Guard {
             part: said.share,
-            rehearsal: Some(said),
+            rehearsed: Some(said.without),
+            skips: said.skips,
             ..Guard::new(axes, said.share > 0.0)
         }
+    }
+
+    /// The newest command lies at this place of the path.
+    pub(super) fn reach(&mut self, place: Place) {
+        self.skipping = self.skips.contain(place);
     }
 
     /// What is foreseen, for those who look on.
@@ -183,7 +198,7 @@ impl Guard {
 
     /// The part of their corrections that the drives may use.
     pub(super) fn share(&self) -> f64 {
-        if self.corrects && !self.held_back {
+        if self.corrects && !self.held_back && !self.skipping {
             self.part
         } else {
             0.0
@@ -274,7 +289,10 @@ impl Guard {
         path: (&ContourTracker, &Modes),
     ) {
         self.returns.count(*returned);
-        self.contours.measure(sample, pair, clock, path);
+        // what is left out was rehearsed; drives foresee what they would do there
+        if !self.skips.contain((sample.segment, sample.s)) {
+            self.contours.measure(sample, pair, clock, path);
+        }
     }
 
     /// Decides anew; to be asked at the same times of the motion whatever the chunks.
@@ -293,7 +311,7 @@ impl Guard {
         let seen = |times: u32, least_s: f64| time_s >= least_s && self.returns.came_back(times);
         let seen_all = seen(NO_WORSE.1, NO_WORSE.0);
         // a mass between two flanks foresees less well than the machine that was rehearsed
-        let [rehearsed, rehearsed_peak] = self.rehearsal.map_or([0.0; 2], |said| said.without);
+        let [rehearsed, rehearsed_peak] = self.rehearsed.unwrap_or_default();
         let least = without.max(rehearsed * count as f64);
         let no_worse = with <= WORSE_RMS * WORSE_RMS * least
             && high <= WORSE_PEAK.0 * highest.max(rehearsed_peak) + WORSE_PEAK.1;
@@ -308,7 +326,7 @@ impl Guard {
             return;
         }
         // what was rehearsed and is worse stays as it is
-        if self.rehearsal.is_some_and(|said| said.share <= 0.0) {
+        if self.rehearsed.is_some() && self.part <= 0.0 {
             return;
         }
         let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
@@ -411,6 +429,7 @@ mod tests {
     fn a_rehearsal_says_how_far_to_correct_and_what_there_is_without() {
         let said = |share| Rehearsed {
             share,
+            skips: Skips::default(),
             without: [2.0, 1.2],
         };
         let mut guard = Guard::rehearsed(2, said(0.75));

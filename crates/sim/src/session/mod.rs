@@ -4,6 +4,7 @@
 //! cutting  samples -> forces on the loads                          (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
 //! guard    what drives foresee -> whether they may correct        (guard.rs)
+//! skips    where a correction would make the contour worse, to be left out        (skips.rs)
 //! rehearsal the start of the program with what drives have learned -> how far they may correct (rehearsal.rs)
 //! contours two contours of one motion, side by side               (contours.rs)
 //! frame    servo ticks paired with the commands they answer to     (frame.rs)
@@ -28,6 +29,7 @@ mod recorder;
 mod rehearsal;
 mod rows;
 mod run;
+mod skips;
 mod stepper;
 
 pub use bank::SETTLE_S;

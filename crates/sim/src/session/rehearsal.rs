@@ -6,14 +6,16 @@
 //! cut, and the correction is used as far as the contour is no worse.
 //!
 //! ```text
+//! whole    1 but in the stretches that are left out (`skips`), of up to ten minutes, where 1 is worse; if that is of no use
 //! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um
-//! over     the way on which each axis comes back twice, 10 s at least, 30 s at most
+//! over     the way on which each axis comes back twice, 10 s at least, 120 s at most
 //! ```
 
 use super::bank::Variant;
 use super::contours::{Contours, Returns};
 use super::guard::Rehearsed;
 use super::outputs::Kept;
+use super::skips::{Skips, Step};
 use super::stepper::Stepper;
 use crate::error::SimError;
 use crate::machine::Memory;
@@ -30,9 +32,17 @@ const SHARES: [f64; 6] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.25];
 /// the peak, mm. A choice: three quarters of what counts as worse in the study.
 const NO_WORSE: (f64, f64) = (1.015, 3.75e-4);
 /// How often each axis has to come back, and how long is rehearsed at least and at most, s. A choice:
-/// as often as the guard wants; peaks of loads that bounce need some rounds; half a minute is one of most
-/// parts.
-const REHEARSED: (u32, [f64; 2]) = (2, [10.0, 30.0]);
+/// as often as the guard wants; peaks of loads that bounce need some rounds; slow programs
+/// come back late.
+const REHEARSED: (u32, [f64; 2]) = (2, [10.0, 120.0]);
+/// The same of a correction that leaves stretches out: the whole program, up to ten minutes of it, and nothing is
+/// corrected behind them. A choice: a minute and a half of computing at most.
+const WHOLE: (u32, [f64; 2]) = (u32::MAX, [600.0, 600.0]);
+/// Rehearsals of such a correction. A choice: stretches double each time.
+const ROUNDS: usize = 4;
+/// Peak over that without a correction up to which it is aimed at, and what may be on top, mm: less than is
+/// allowed, since a correction that ends and begins adds something.
+const AIM: (f64, f64) = (1.01, 2.5e-4);
 /// Commands that go through the stages at a time. A choice: rounds of a part take longer.
 const CHUNK_SAMPLES: usize = 500;
 
@@ -81,35 +91,70 @@ impl<'a> Rehearser<'a> {
             kinematics: Arc::clone(&self.setup.kinematics),
             ..*self.setup
         };
-        // Mostly the whole correction is no worse: the others are tried where it is.
+        // Mostly the whole correction is no worse: others are tried where it is.
+        let none = Skips::default();
         let (whole, parts) = SHARES.split_at(1);
-        let mut found = self.measure(&setup, choice, whole).ok()?;
-        if found.share == 0.0 {
-            found = self.measure(&setup, choice, parts).ok()?;
+        let start = self
+            .measure(&setup, choice, whole, &none, &REHEARSED)
+            .ok()?;
+        if let Some(said) = start.no_worse() {
+            return Some(said);
         }
-        Some(found)
+        let spared = self.sparing(&setup, choice);
+        if spared.is_some() {
+            return spared;
+        }
+        let part = self
+            .measure(&setup, choice, parts, &none, &REHEARSED)
+            .ok()?;
+        Some(part.no_worse().unwrap_or_else(|| part.nothing()))
     }
 
-    /// The largest of these shares with which the contour is no worse.
+    /// The whole correction but where the contour would be worse, of a program as far as it is
+    /// rehearsed; `None` where that is of no use.
+    fn sparing(&self, setup: &Setup<'_>, choice: &Choice) -> Option<Rehearsed> {
+        let period_s = setup.machine.cycles().command().period_s();
+        let mut skips = Skips::default();
+        for _ in 0..ROUNDS {
+            let measured = self
+                .measure(setup, choice, &SHARES[..1], &skips, &WHOLE)
+                .ok()?;
+            if let Some(said) = measured.no_worse() {
+                return Some(said);
+            }
+            let most_mm = AIM.0 * measured.peak_mm() + AIM.1;
+            skips = skips.widened(&measured.steps, most_mm, period_s, measured.is_whole)?;
+        }
+        None
+    }
+
+    /// Runs the machine without a correction and with these parts of it, but for some stretches.
     fn measure(
         &self,
         setup: &Setup<'_>,
         choice: &Choice,
         shares: &[f64],
-    ) -> Result<Rehearsed, SimError> {
+        skips: &Skips,
+        (times, [least_s, most_s]): &(u32, [f64; 2]),
+    ) -> Result<Measured, SimError> {
         let none = Choice::Registered(MethodId::NONE);
-        let mut variants = vec![Variant::rehearsed(&none, 0.0)];
+        let mut variants = vec![Variant::rehearsed(&none, 0.0, skips)];
         variants.extend(
             shares
                 .iter()
-                .map(|share| Variant::rehearsed(choice, *share)),
+                .map(|share| Variant::rehearsed(choice, *share, skips)),
         );
         let mut stepper = Stepper::new(setup, &variants, self.threads, Kept::default(), None)?;
         let axes = stepper.chunk.outputs.axes().to_vec();
         let clock = setup.machine.cycles().command();
         let mut returns = Returns::new(axes.len());
-        let mut contours = vec![Contours::default(); shares.len()];
-        let (times, [least_s, most_s]) = REHEARSED;
+        let mut measured = Measured {
+            shares: shares.to_vec(),
+            skips: skips.clone(),
+            contours: vec![Contours::default(); shares.len()],
+            steps: Vec::new(),
+            is_whole: false,
+        };
         let mut time_s = 0.0;
         loop {
             let (_, more) = stepper.step(|_, _| ());
@@ -121,41 +166,84 @@ impl<'a> Rehearser<'a> {
                 time_s += clock.period_s();
                 let joints = |variant| chunk.outputs.load(variant, frame.servo_sample);
                 let without = joints(0);
-                for (index, contours) in contours.iter_mut().enumerate() {
+                let path = (&stepper.tracker, &chunk.modes);
+                let mut step = Step {
+                    place: (frame.sample.segment, frame.sample.s),
+                    squares: [0.0; 2],
+                    returns: returned != 0,
+                };
+                for (index, contours) in measured.contours.iter_mut().enumerate() {
                     let pair = [without, joints(index + 1)];
-                    contours.measure(
-                        &frame.sample,
-                        &pair,
-                        clock,
-                        (&stepper.tracker, &chunk.modes),
-                    );
+                    let squares = contours.measure(&frame.sample, &pair, clock, path);
+                    if index == 0 {
+                        step.squares = squares.unwrap_or_default();
+                    }
                 }
+                measured.steps.push(step);
             }
-            let measured_s = contours.iter().map(|contours| contours.time_s);
+            let lengths = measured.contours.iter().map(|contours| contours.time_s);
             let seen =
-                measured_s.fold(f64::INFINITY, f64::min) >= least_s && returns.came_back(times);
-            if seen || time_s >= most_s || !more {
-                break;
+                lengths.fold(f64::INFINITY, f64::min) >= *least_s && returns.came_back(*times);
+            measured.is_whole = !more;
+            if seen || time_s >= *most_s || !more {
+                return Ok(measured);
             }
             let place = stepper.chunk.place();
             stepper.release(place);
         }
-        let mean = |contours: &Contours, which: usize| {
-            contours.squares[which] / (contours.count as f64).max(1.0)
-        };
-        let no_worse = |contours: &Contours| {
-            let [highest, high] = contours.peaks;
-            mean(contours, 1) <= NO_WORSE.0 * NO_WORSE.0 * mean(contours, 0)
-                && high <= NO_WORSE.0 * highest + NO_WORSE.1
-        };
-        let found = shares
+    }
+}
+
+/// A rehearsal: parts of a correction, with what they leave.
+struct Measured {
+    shares: Vec<f64>,
+    skips: Skips,
+    /// By part.
+    contours: Vec<Contours>,
+    /// Of the first part.
+    steps: Vec<Step>,
+    /// Whether the program ends there.
+    is_whole: bool,
+}
+
+impl Measured {
+    /// The largest part with which the contour is no worse.
+    fn no_worse(&self) -> Option<Rehearsed> {
+        let found = self
+            .shares
             .iter()
-            .zip(&contours)
-            .find(|(_, contours)| no_worse(contours));
-        let first = contours.first();
-        Ok(Rehearsed {
-            share: found.map_or(0.0, |(share, _)| *share),
-            without: first.map_or([0.0; 2], |first| [mean(first, 0), first.peaks[0]]),
+            .zip(&self.contours)
+            .find(|(_, contours)| {
+                let ([without, with], [highest, high]) = (mean_squares(contours), contours.peaks);
+                with <= NO_WORSE.0 * NO_WORSE.0 * without
+                    && high <= NO_WORSE.0 * highest + NO_WORSE.1
+            });
+        found.map(|(share, _)| Rehearsed {
+            share: *share,
+            skips: self.skips.clone(),
+            ..self.nothing()
         })
     }
+
+    /// Nothing is corrected.
+    fn nothing(&self) -> Rehearsed {
+        let first = self.contours.first();
+        Rehearsed {
+            share: 0.0,
+            skips: Skips::default(),
+            without: first.map_or([0.0; 2], |first| [mean_squares(first)[0], first.peaks[0]]),
+        }
+    }
+
+    /// Peak without a correction, mm.
+    fn peak_mm(&self) -> f64 {
+        self.contours.first().map_or(0.0, |first| first.peaks[0])
+    }
+}
+
+/// Mean squares without a correction and with it, mm2.
+fn mean_squares(contours: &Contours) -> [f64; 2] {
+    contours
+        .squares
+        .map(|sum| sum / (contours.count as f64).max(1.0))
 }

@@ -5,8 +5,9 @@ use super::knowledge::{Knowledge, Told};
 use super::limit;
 use super::moment::{AxisTruth, Moment};
 use crate::error::StudyError;
+use lostmotion_base::AxisId;
 use lostmotion_drive::Learning;
-use lostmotion_methods::MethodId;
+use lostmotion_methods::{AxisConfig, MethodId};
 use lostmotion_sim::machine::Memory;
 use lostmotion_sim::{
     ContourPoint, ForeseenContour, Observer, Program, Run, SimulateOptions, Simulation, commission,
@@ -71,6 +72,9 @@ pub struct DrawnResult {
     pub duration_s: f64,
     /// The practical limit of what backlash leaves, um: RMS and largest.
     pub practical_um: [f64; 2],
+    /// What `lookup` leaves that knows each axis from its first change of flank on, um: backlash RMS and largest.
+    /// The least that can be left by a method that has to learn its gaps from the motors.
+    pub cold_um: [f64; 2],
     /// `none` first; a method that learns cold, and then warm.
     pub methods: Vec<DrawnFigures>,
     /// What `compare` recommends.
@@ -215,7 +219,28 @@ fn run_inside(cell: &DrawnCell, methods: &[String]) -> Result<DrawnResult, Study
     }
     let whole = result.none().map(|none| none.whole).unwrap_or_default();
     result.practical_um = limit::practical_um_of(cell, [whole.backlash_rms, whole.backlash_max])?;
+    result.cold_um = cold_um_of(cell)?;
     Ok(result)
+}
+
+/// What is left of backlash if each axis is known exactly from its first change of flank on, um: RMS and
+/// largest.
+fn cold_um_of(cell: &DrawnCell) -> Result<[f64; 2], StudyError> {
+    let mut cell = cell.clone();
+    let axes: Vec<(AxisId, AxisConfig)> = cell
+        .machine
+        .axes()
+        .iter()
+        .map(|axis| (axis.id, axis.config.clone()))
+        .collect();
+    for (id, mut config) in axes {
+        config.compensation.lookup.after_crossing = true;
+        cell.machine = cell.machine.with_axis_config(id, &config);
+    }
+    let (run, watcher) = simulate(&cell, &[MethodId::LOOKUP.name()], None)?;
+    let left = figures(&run, watcher, false).first().map(|left| left.whole);
+    let left = left.unwrap_or_default();
+    Ok([left.backlash_rms, left.backlash_max])
 }
 
 /// The memory of all axes, after a minute of commissioning each: axes of one contour heed each

@@ -46,15 +46,15 @@ fn ratios(
     ratios
 }
 
-/// The practical limit over what `none` leaves, sorted: RMS (0) or largest (1).
-fn practical(results: &[DrawnResult], which: usize) -> Vec<f64> {
+/// A limit over what `none` leaves, sorted: RMS (0) or largest (1).
+fn limits(results: &[DrawnResult], of: fn(&DrawnResult) -> [f64; 2], which: usize) -> Vec<f64> {
     let mut ratios: Vec<f64> = results
         .iter()
         .filter_map(|result| {
             let none = result.none()?.whole;
             let none = [none.backlash_rms, none.backlash_max];
             let none = none.get(which).copied().filter(|none| *none > 0.0)?;
-            Some(result.practical_um.get(which)? / none)
+            Some(of(result).get(which)? / none)
         })
         .collect();
     ratios.sort_by(f64::total_cmp);
@@ -115,11 +115,15 @@ pub fn markdown(results: &[DrawnResult], what: &str) -> String {
             count(|figures| figures.whole),
         );
     }
+    let limit = |of: fn(&DrawnResult) -> [f64; 2]| {
+        let [rms, max] = [0, 1].map(|which| spread(&limits(results, of, which)));
+        format!("{rms} | | | {max} | | | | | | | |")
+    };
     let _ = writeln!(
         out,
-        "| practical limit | {} | | | {} | | | | | | | |",
-        spread(&practical(results, 0)),
-        spread(&practical(results, 1)),
+        "| limit of a cold start | {}\n| practical limit | {}\n\nLimit of a cold start: `lookup` that knows each axis exactly from its first change of flank on; no method that learns can know a gap before the motor has crossed it.",
+        limit(|result| result.cold_um),
+        limit(|result| result.practical_um),
     );
     let _ = writeln!(out, "\n{}", recommended(results));
     for (index, method) in names.iter().enumerate() {

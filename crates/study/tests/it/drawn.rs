@@ -96,10 +96,14 @@ fn a_commissioned_machine_is_told_nothing_but_what_it_learned() {
     // No method beats the practical limit here, and `lookup` is near it.
     let [rms_um, max_um] = result.practical_um;
     assert!(rms_um > 0.0 && rms_um < 0.05 * rms(0) && max_um > rms_um);
+    // Nor does it beat what is known from the first crossings on, without a memory.
+    let [cold_um, _] = result.cold_um;
+    assert!(cold_um > rms_um && cold_um < rms(2) && cold_um > rms(1));
     let table = markdown(&[result], "one");
     for piece in [
         "| `adaptive, warm` |",
         "| practical limit |",
+        "| limit of a cold start |",
         "## The worst cells of `adaptive`",
     ] {
         assert!(table.contains(piece), "{piece}: {table}");
