@@ -150,7 +150,7 @@ fn setting<'a>(
     let text = text.trim_start_matches(['>', '<', ' ']);
     let Some(rest) = text
         .strip_prefix('$')
-        .filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#']))
+        .filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#', 'H', 'X', 'C', 'S', 'J']))
     else {
         if !text.is_empty() && text != "ok" {
             draft.row(
