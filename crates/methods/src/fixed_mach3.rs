@@ -14,8 +14,8 @@
 //! more than the motor can start with.
 //!
 //! Source: Mach3, backlash distance and speed as a part of the axis' largest; secondary sources
-//! alone say that it ignores the acceleration. That it switches constant velocity off is not
-//! modelled.
+//! alone say that it ignores the acceleration. That it switches constant velocity off is
+//! `planner.stops`.
 
 use crate::AxisConfig;
 use crate::registry::{Registered, Settings, told, told_or_true_gap};

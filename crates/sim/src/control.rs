@@ -3,6 +3,7 @@
 //! The rows follow the makers' manuals; what no primary source says is left out, and a control
 //! about which nothing is known has no row of methods at all.
 
+use crate::machine::PathStops;
 use lostmotion_base::names::did_you_mean;
 use lostmotion_methods::MethodId;
 use serde::{Deserialize, Serialize};
@@ -113,6 +114,15 @@ impl Control {
                 &["fixed-by-travel"]
             }
             Control::Klipper | Control::Haas | Control::Own => &[],
+        }
+    }
+
+    /// Where it stops the path to compensate.
+    pub(crate) const fn stops(self) -> PathStops {
+        match self {
+            Control::GrblHal => PathStops::Reversals,
+            Control::Mach3 => PathStops::Blocks,
+            _ => PathStops::Never,
         }
     }
 

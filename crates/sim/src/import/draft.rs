@@ -234,6 +234,8 @@ pub(super) struct Draft {
     pub(super) offsets: Vec<(&'static str, AxisId, Told)>,
     pub(super) tools: Vec<ToolDraft>,
     pub(super) axes: Vec<DraftAxis>,
+    /// Axes that have to be there, and why: one that is not was lost with a part of the file.
+    pub(super) expected: Vec<(AxisId, &'static str)>,
     pub(super) rows: Vec<Row>,
 }
 
@@ -253,8 +255,29 @@ impl Draft {
             offsets: Vec::new(),
             tools: Vec::new(),
             axes: Vec::new(),
+            expected: Vec::new(),
             rows: Vec::new(),
         }
+    }
+
+    /// Axes of which the file should tell and does not are reported.
+    pub(super) fn report_missing(&mut self) {
+        for (axis, why) in std::mem::take(&mut self.expected) {
+            if !self.axes.iter().any(|own| own.id == axis) {
+                let note = format!("{why}, and nothing is told of it: is the file whole?");
+                self.row(format!("axis {axis}"), "none", Fate::Guessed, note);
+            }
+        }
+    }
+
+    /// Reports a last line that does not end: the value there may be a part of itself.
+    pub(super) fn report_open_end(&mut self, text: &str) {
+        let Some(last) = text.lines().last().filter(|_| !text.ends_with('\n')) else {
+            return;
+        };
+        let note = "the last line does not end: was the file cut there?";
+        let key = format!("line {}", text.lines().count());
+        self.row(key, last.trim(), Fate::Guessed, note);
     }
 
     pub(super) fn row(

@@ -26,6 +26,7 @@ pub(super) const FORMAT: Format = Format {
         // Codes that no other firmware has together.
         begins("M584") || (begins("M208") && begins("M92"))
     },
+    is_lines: true,
     read,
 };
 
@@ -53,6 +54,9 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     draft.dialect = Some("marlin");
     draft.control = Some(Control::RepRapFirmware);
     draft.size = MachineSize::Printer;
+    draft
+        .expected
+        .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let mut problems = Vec::new();
     let mut whole = Whole {
         is_corexy: false,
@@ -92,8 +96,20 @@ fn file(
     problems: &mut Vec<Problem>,
 ) {
     for (index, line) in text.lines().enumerate() {
-        let Some(code) = mcodes::code(at.unwrap_or(index + 1), line) else {
-            continue;
+        let place = at.unwrap_or(index + 1);
+        let code = match mcodes::code(place, line) {
+            Ok(Some(code)) => code,
+            Ok(None) => {
+                if let Some(text) = mcodes::other(line) {
+                    let note = "no code: what it does to the settings is not known here";
+                    draft.row(format!("line {place}"), text, Fate::Ignored, note);
+                }
+                continue;
+            }
+            Err(found) => {
+                problems.push(found);
+                continue;
+            }
         };
         if code.code == "M98"
             && let Some(name) = code.word('P')
@@ -133,11 +149,10 @@ fn file(
 
 fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Problem> {
     // Expressions have values that only the firmware knows.
-    let known = [
-        "M92", "M203", "M201", "M208", "M350", "M906", "M425", "M669",
-    ];
     let expression = code.words.iter().find(|(_, text)| text.contains('{'));
-    if let Some((letter, text)) = expression.filter(|_| known.contains(&code.code.as_str())) {
+    if let Some((letter, text)) =
+        expression.filter(|_| mcodes::NUMERIC.contains(&code.code.as_str()))
+    {
         return Err(problem(
             code.line,
             &code.name(*letter),
@@ -145,6 +160,7 @@ fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Proble
             "write its value",
         ));
     }
+    code.check()?;
     match code.code.as_str() {
         "M550" => {
             if let Some(name) = code.word('P') {
@@ -203,10 +219,14 @@ fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Proble
 
 /// `M208 X0:200`, or `M208 S1 X0` and `M208 S0 X200`.
 fn travel(draft: &mut Draft, code: &MCode) -> Result<(), Problem> {
-    let one = if code.word('S') == Some("1") {
-        Quantity::Min
-    } else {
-        Quantity::Max
+    let one = match code.word('S').map(str::trim) {
+        Some("1") => Quantity::Min,
+        None | Some("0") => Quantity::Max,
+        Some(other) => {
+            let message = format!("is `{other}`");
+            let hint = "1 sets lower ends, 0 upper ones";
+            return Err(problem(code.line, "M208 S", message, hint));
+        }
     };
     for (letter, text) in &code.words {
         let Some(axis) = AxisId::from_letter(*letter) else {

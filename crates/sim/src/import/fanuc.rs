@@ -27,8 +27,12 @@ pub(super) const FORMAT: Format = Format {
             })
         })
     },
+    is_lines: true,
     read,
 };
+
+/// Parameters of eight bits.
+const BITS: [u32; 5] = [1001, 1004, 1006, 1013, 1800];
 
 /// Axes of a path that a control has at most.
 const MOST_AXES: usize = 32;
@@ -53,25 +57,61 @@ impl ParameterValue<'_> {
         }
     }
 
-    /// Bit of a value of eight binary digits.
+    /// Bit of a value of eight binary digits, which has been checked.
     fn bit(&self, bit: usize) -> bool {
-        self.value.len() == 8 && self.value.as_bytes()[7 - bit] == b'1'
+        self.value.as_bytes().iter().rev().nth(bit) == Some(&b'1')
+    }
+
+    /// Refuses what is no value of eight bits.
+    fn check_bits(&self) -> Result<(), Problem> {
+        let is_bits = self.value.len() == 8 && self.value.bytes().all(|b| matches!(b, b'0' | b'1'));
+        if is_bits {
+            return Ok(());
+        }
+        let message = format!("`{}` has no eight bits", self.value);
+        Err(problem(self.line, &self.name(), message, "write 00010000"))
     }
 }
 
-/// The values of a line; none if it is no parameter or of another path.
+/// Whether a listing that begins or ends with a percent sign has the other one, too.
+fn check_ends(text: &str) -> Result<(), Problem> {
+    let mut lines = text
+        .lines()
+        .map(str::trim)
+        .enumerate()
+        .filter(|(_, line)| !line.is_empty());
+    let (first, last) = (lines.next(), lines.last());
+    let is_end = |line: Option<(usize, &str)>| line.is_some_and(|(_, text)| text.starts_with('%'));
+    match (is_end(first), is_end(last)) {
+        (true, false) if last.is_some() => Err(problem(
+            last.map_or(1, |(index, _)| index + 1),
+            "",
+            "the listing begins with % and does not end with one",
+            "it was cut: punch it out again",
+        )),
+        (false, true) => Err(problem(
+            1,
+            "",
+            "the listing ends with % and does not begin with one",
+            "its beginning is missing: punch it out again",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The values of a line; false if it is no parameter.
 fn line<'a>(
     number: usize,
     text: &'a str,
     entries: &mut Vec<ParameterValue<'a>>,
-) -> Result<(), Problem> {
+) -> Result<bool, Problem> {
     let told = text
         .split(['(', ';', '%'])
         .next()
         .unwrap_or_default()
         .trim();
     let Some(rest) = told.strip_prefix('N') else {
-        return Ok(());
+        return Ok(told.is_empty());
     };
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
     let (code, mut rest) = rest.split_at(digits);
@@ -80,7 +120,9 @@ fn line<'a>(
         problem(number, told, "is no parameter", hint)
     };
     let code: u32 = code.parse().map_err(|_| bad())?;
-    let mut axis = 0;
+    let before = entries.len();
+    // Whether an axis has been named whose value has not come yet.
+    let (mut axis, mut waits) = (0, false);
     while let Some(letter) = rest.chars().next() {
         let behind = &rest[letter.len_utf8()..];
         let end = behind
@@ -90,14 +132,18 @@ fn line<'a>(
         let value = value.trim();
         match letter {
             // The second path and further ones are other machines' halves.
-            'Q' if value != "1" => return Ok(()),
-            'A' => axis = value.parse().map_err(|_| bad())?,
-            'P' if axis <= MOST_AXES => entries.push(ParameterValue {
-                line: number,
-                number: code,
-                axis,
-                value,
-            }),
+            'Q' if value.parse::<u32>().map_err(|_| bad())? != 1 => return Ok(true),
+            'A' if waits => return Err(bad()),
+            'A' => (axis, waits) = (value.parse().map_err(|_| bad())?, true),
+            'P' if axis <= MOST_AXES => {
+                waits = false;
+                entries.push(ParameterValue {
+                    line: number,
+                    number: code,
+                    axis,
+                    value,
+                });
+            }
             'P' => return Err(bad()),
             // Of spindles and of groups of parameters.
             'Q' | 'S' | 'L' | ' ' => {}
@@ -105,7 +151,10 @@ fn line<'a>(
         }
         rest = next;
     }
-    Ok(())
+    if waits || entries.len() == before {
+        return Err(bad());
+    }
+    Ok(true)
 }
 
 /// All parameters.
@@ -144,8 +193,19 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     draft.dialect = Some("fanuc");
     draft.control = Some(Control::Fanuc);
     let (mut problems, mut entries) = (Vec::new(), Vec::new());
+    problems.extend(check_ends(text).err());
     for (index, text) in text.lines().enumerate() {
-        problems.extend(line(index + 1, text, &mut entries).err());
+        match line(index + 1, text, &mut entries) {
+            Ok(true) => {}
+            Ok(false) => {
+                let key = format!("line {}", index + 1);
+                draft.row(key, text.trim(), Fate::Ignored, "no parameter");
+            }
+            Err(found) => problems.push(found),
+        }
+    }
+    for entry in entries.iter().filter(|it| BITS.contains(&it.number)) {
+        problems.extend(entry.check_bits().err());
     }
     let all = PunchedOut(entries);
     if let Some(inch) = all.of(1001, 0).filter(|it| it.bit(0)) {
@@ -154,7 +214,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
     let numbers: Vec<usize> = (1..=MOST_AXES)
         .filter(|axis| {
-            [1420, 1320, 1851]
+            [1020, 1420, 1320, 1851]
                 .iter()
                 .any(|key| all.of(*key, *axis).is_some())
         })
@@ -165,6 +225,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             draft.row(format!("A{number}"), "", Fate::Ignored, why);
             continue;
         };
+        let is_told = |key: &u32| all.of(*key, number).is_some();
+        if ![1420, 1320, 1851].iter().any(is_told) {
+            draft.expected.push((axis, "1020 names it"));
+            continue;
+        }
         let turns = all.of(1006, number).is_some_and(|it| it.bit(0));
         if turns != axis.is_rotary() && named {
             let note = format!("{axis} does not {}", if turns { "turn" } else { "slide" });

@@ -2,7 +2,8 @@
 
 use super::draft::{Draft, DraftAxis, Fate, Row, Told, float};
 use super::{Imported, USUAL_PRESET, problem, stepper};
-use crate::machine::{LimitsTable, Machine, MachineAxis, Problem, presets};
+use crate::control::Control;
+use crate::machine::{LimitsTable, Machine, MachineAxis, PathStops, Problem, presets};
 use lostmotion_base::units::{deg, rad};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
@@ -461,13 +462,26 @@ fn general(draft: &Draft, steps: bool, out: &mut String, rows: &mut Vec<Row>) {
             ));
         }
     }
+    let stops = draft.control.map_or(PathStops::Never, Control::stops);
+    if draft.path_tolerance_mm.is_some() || stops != PathStops::Never {
+        out.push_str("\n[planner]\n");
+    }
     if let Some(told) = &draft.path_tolerance_mm {
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "\n[planner]\ndefault_tolerance_mm = {} # {}\n",
+            "default_tolerance_mm = {} # {}",
             float(told.value),
             told.from
         );
+    }
+    if stops != PathStops::Never {
+        let _ = writeln!(out, "stops = \"{}\"", stops.name());
+        rows.push(Row {
+            key: "planner.stops".to_owned(),
+            value: stops.name().to_owned(),
+            fate: Fate::Used,
+            note: "the control takes the gap up by a move of its own".to_owned(),
+        });
     }
     if let Some(control) = draft.control {
         let _ = write!(out, "\n[simulate]\ncontrol = \"{}\"\n", control.name());

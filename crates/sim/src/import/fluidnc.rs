@@ -21,11 +21,24 @@ pub(super) const FORMAT: Format = Format {
         let has = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
         has("axes:") && (has("steps_per_mm:") || has("max_rate_mm_per_min:"))
     },
+    is_lines: true,
     read,
 };
 
 /// Deepest nesting of keys; FluidNC's own go five deep.
 const DEEPEST: usize = 32;
+
+/// Keys that have values.
+const VALUES: [&str; 8] = [
+    "steps_per_mm",
+    "max_rate_mm_per_min",
+    "acceleration_mm_per_sec2",
+    "max_travel_mm",
+    "mpos_mm",
+    "positive_direction",
+    "microsteps",
+    "run_amps",
+];
 
 /// A key with a value, and the keys above it.
 struct Leaf {
@@ -49,16 +62,29 @@ fn leaves(text: &str) -> Result<Vec<Leaf>, Problem> {
             told = before.trim_end();
         }
         let indent = told.len() - told.trim_start().len();
-        let Some((key, value)) = told.trim_start().split_once(':') else {
-            continue;
+        let bad =
+            |key: &str, message: &str| Err(problem(index + 1, key, message, "write `key: value`"));
+        let (key, value) = match told.trim().split_once(':') {
+            Some((key, value)) if !key.trim().is_empty() => (key.trim(), value.trim()),
+            Some(_) => return bad(told.trim(), "there is no key"),
+            None if told.trim().is_empty() || told.trim() == "---" => continue,
+            None => return bad(told.trim(), "is no `key: value`"),
         };
         above.retain(|(own, _)| *own < indent);
         if above.len() == DEEPEST {
             let message = format!("keys stand in each other more than {DEEPEST} deep");
             return Err(problem(index + 1, key, message, ""));
         }
-        above.push((indent, key.trim().to_ascii_lowercase()));
-        let value = value.trim().trim_matches(['"', '\'']);
+        above.push((indent, key.to_ascii_lowercase()));
+        let value = value.trim_matches(['"', '\'']);
+        // Other keys without a value hold those that stand further in.
+        if value.is_empty()
+            && above
+                .last()
+                .is_some_and(|(_, key)| VALUES.contains(&key.as_str()))
+        {
+            return bad(key, "has no value");
+        }
         if !value.is_empty() {
             leaves.push(Leaf {
                 line: index + 1,
@@ -76,6 +102,9 @@ type LastLeaves<'a> = BTreeMap<String, &'a Leaf>;
 /// Reads the file.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("FluidNC");
+    draft
+        .expected
+        .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let leaves = leaves(text).map_err(|found| vec![found])?;
     let mut problems = Vec::new();
     let mut is_corexy = false;
@@ -162,7 +191,13 @@ fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), P
             draft.tell(axis, Quantity::Min, told(min), value);
             (Quantity::Max, max)
         }
-        ["homing", "mpos_mm" | "positive_direction"] => {
+        ["homing", key @ ("mpos_mm" | "positive_direction")] => {
+            if *key == "mpos_mm" {
+                number(leaf.line, &name, value)?;
+            } else if !["true", "false"].contains(&value.to_ascii_lowercase().as_str()) {
+                let message = format!("`{value}` is neither true nor false");
+                return Err(problem(leaf.line, &name, message, ""));
+            }
             draft.row(name.as_str(), value, Fate::Used, "where the travel lies");
             return Ok(());
         }
@@ -189,7 +224,8 @@ fn travel(leaves: &LastLeaves<'_>, letter: &str, length: f64) -> Result<(f64, f6
         Some(leaf) => number(leaf.line, &leaf.path.join("."), &leaf.value)?,
         None => 0.0,
     };
-    let upwards = of("positive_direction").is_none_or(|leaf| leaf.value != "false");
+    let upwards =
+        of("positive_direction").is_none_or(|leaf| !leaf.value.eq_ignore_ascii_case("false"));
     Ok(if upwards {
         (home - length, home)
     } else {

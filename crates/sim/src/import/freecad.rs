@@ -17,6 +17,7 @@ pub(super) const FORMAT: Format = Format {
     name: "freecad",
     extensions: &["fcm"],
     looks_like: |text| text.trim_start().starts_with('{'),
+    is_lines: false,
     read,
 };
 

@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
         let mut lines = text.lines().map(str::trim);
         lines.any(|line| line.starts_with("$1") && line.contains('='))
     },
+    is_lines: true,
     read,
 };
 
@@ -65,6 +66,9 @@ struct Setting<'a> {
 /// Reads the settings.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("grbl");
+    draft
+        .expected
+        .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let (mut problems, mut settings) = (Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
         match setting(&mut draft, index + 1, line.trim()) {
@@ -73,13 +77,18 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         }
     }
     // The last one counts, as on the machine.
-    let mask = |code: u32| {
-        settings
-            .iter()
-            .rev()
-            .find(|s| s.code == code)
-            .and_then(|s| s.value.parse::<u32>().ok())
-            .unwrap_or(0)
+    let mut mask = |code: u32| {
+        let Some(told) = settings.iter().rfind(|s| s.code == code) else {
+            let why = "not told: as if it were 0";
+            draft.row(format!("${code}"), "0", Fate::Guessed, why);
+            return 0;
+        };
+        told.value.parse::<u32>().unwrap_or_else(|_| {
+            let message = format!("`{}` is no mask", told.value);
+            let hint = "a whole number, such as 3";
+            problems.push(problem(told.line, &format!("${code}"), message, hint));
+            0
+        })
     };
     // Axes whose travel runs from 0 upwards: those that home downwards, with the origin there.
     let upwards = if mask(22) & ORIGIN_AT_HOME != 0 {
@@ -141,7 +150,7 @@ fn setting<'a>(
     let text = text.trim_start_matches(['>', '<', ' ']);
     let Some(rest) = text
         .strip_prefix('$')
-        .filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#']))
+        .filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#', 'H', 'X', 'C', 'S', 'J']))
     else {
         if !text.is_empty() && text != "ok" {
             draft.row(

@@ -22,11 +22,15 @@ pub(super) const FORMAT: Format = Format {
         let mut lines = text.lines().map(str::trim);
         lines.any(|line| line == "[printer]" || line.starts_with("[stepper_"))
     },
+    is_lines: true,
     read,
 };
 
 /// Deepest nesting of included files: a file that includes itself ends here.
 const DEEPEST: usize = 16;
+
+/// Words of the lines that SAVE_CONFIG writes above its part.
+const SAVED_HEAD: [&str; 2] = ["SAVE_CONFIG", "DO NOT EDIT"];
 
 /// A line with a value.
 struct ConfigLine {
@@ -49,7 +53,14 @@ struct ConfigFile {
     /// Section and key, and where the last of them stands.
     last: BTreeMap<String, BTreeMap<String, usize>>,
     section: String,
+    /// Indent of the key that the lines before belong to: what stands further in goes on with it.
+    indent: Option<usize>,
     bytes: usize,
+}
+
+/// Sections of which something is taken.
+fn is_read(section: &str) -> bool {
+    section == "printer" || section.starts_with("stepper_") || section.starts_with("tmc")
 }
 
 impl ConfigFile {
@@ -67,11 +78,13 @@ impl ConfigFile {
             // SAVE_CONFIG writes its part as comments, which count.
             let saved = line.strip_prefix("#*#");
             let line = saved.map_or(line, |own| own.strip_prefix(' ').unwrap_or(own));
-            let continues = line.starts_with([' ', '\t']) && !line.trim_start().starts_with('[');
             let told = line.split(['#', ';']).next().unwrap_or_default().trim();
-            if told.is_empty() {
+            // What stands above the saved part is for people.
+            if told.is_empty() || saved.is_some() && SAVED_HEAD.iter().any(|it| told.contains(it)) {
                 continue;
             }
+            let indent = line.len() - line.trim_start().len();
+            let continues = self.indent.is_some_and(|own| own < indent) && !told.starts_with('[');
             if let Some(name) = told.strip_prefix('[') {
                 let name = name.strip_suffix(']').ok_or_else(|| {
                     problem(
@@ -85,17 +98,26 @@ impl ConfigFile {
                     Some(file) => self.include(file.trim(), place, depth, options, draft)?,
                     None => name.trim().clone_into(&mut self.section),
                 }
-            } else if let Some((key, value)) = told.split_once([':', '=']) {
-                // A line of a macro or of a value that goes on is indented.
-                if continues {
-                    continue;
+                self.indent = None;
+            } else if continues {
+                // Macros, and values over several lines.
+                if is_read(&self.section)
+                    && let Some(entry) = self.entries.last_mut()
+                {
+                    entry.value = format!("{} {told}", entry.value).trim().to_owned();
                 }
+            } else if let Some((key, value)) = told.split_once([':', '=']) {
+                self.indent = Some(indent);
                 self.entries.push(ConfigLine {
                     line: place,
                     section: self.section.clone(),
                     key: key.trim().to_ascii_lowercase(),
                     value: value.trim().to_owned(),
                 });
+            } else {
+                let message = "is neither a section nor `key: value`";
+                let hint = "was the line cut? Klipper does not start with it";
+                return Err(problem(place, told, message, hint));
             }
         }
         Ok(())
@@ -157,6 +179,9 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     draft.dialect = Some("klipper");
     draft.control = Some(Control::Klipper);
     draft.size = MachineSize::Printer;
+    draft
+        .expected
+        .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let mut lines = ConfigFile::default();
     lines
         .file(text, None, 0, options, &mut draft)

@@ -23,6 +23,7 @@ pub(super) const FORMAT: Format = Format {
         let mut lines = text.lines().map(str::trim);
         lines.any(|line| matches!(line, "[EMC]" | "[TRAJ]" | "[KINS]"))
     },
+    is_lines: true,
     read,
 };
 
@@ -167,6 +168,10 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         problems.push(found);
     }
     complete(&mut draft);
+    let named = letters
+        .iter()
+        .map(|(axis, _)| (*axis, "the coordinates name it"));
+    draft.expected.extend(named);
     if problems.is_empty() {
         Ok(draft)
     } else {

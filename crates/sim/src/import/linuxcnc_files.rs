@@ -215,24 +215,50 @@ fn parameters(
     Ok(())
 }
 
+/// The words of a block, letter and number.
+fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
+    let mut words: Vec<(char, String)> = Vec::new();
+    // Comments in brackets say nothing here.
+    let code = entry.value.split(['(', ';']).next().unwrap_or_default();
+    for c in code.chars().filter(|c| !c.is_whitespace()) {
+        match words.last_mut() {
+            _ if c.is_ascii_alphabetic() => words.push((c.to_ascii_uppercase(), String::new())),
+            Some((_, text)) => text.push(c),
+            None => words.push((c, String::new())),
+        }
+    }
+    match words
+        .iter()
+        .find(|(letter, text)| !letter.is_ascii_alphabetic() || text.parse::<f64>().is_err())
+    {
+        Some((letter, text)) => Err(problem(
+            entry.line,
+            &entry.name(),
+            format!("`{letter}{text}` is no word"),
+            "write codes such as G21 G40 G64 P0.02",
+        )),
+        None => Ok(words),
+    }
+}
+
 /// Of the code at start the tolerance of G64.
 fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     let entry = named.entry;
-    let code = entry.value.to_ascii_uppercase();
-    let unit = match (code.contains("G20"), code.contains("G21")) {
+    let words = words(entry)?;
+    let has = |code: &str| {
+        let mut codes = words.iter().filter(|(letter, _)| *letter == 'G');
+        codes.any(|(_, text)| text.trim_start_matches('0') == code)
+    };
+    let unit = match (has("20"), has("21")) {
         (true, false) => 25.4,
         (false, true) => 1.0,
         _ => named.mm,
     };
-    let blends = code.contains("G64");
-    let tolerance = code
-        .split_once("G64")
-        .and_then(|(_, rest)| rest.trim_start().strip_prefix('P'))
-        .map(|rest| rest.chars().take_while(|c| c.is_ascii_digit() || *c == '.'));
+    let blends = has("64");
+    let tolerance = words.iter().find(|(letter, _)| blends && *letter == 'P');
     match tolerance {
-        Some(digits) => {
-            let text: String = digits.collect();
-            let value = positive(entry.line, &entry.name(), &text)? * unit;
+        Some((_, text)) => {
+            let value = positive(entry.line, &entry.name(), text)? * unit;
             draft.row(
                 entry.name(),
                 entry.value.as_str(),

@@ -21,11 +21,12 @@ pub(super) const FORMAT: Format = Format {
     extensions: &[],
     looks_like: |text| {
         let code = |wanted: &str| {
-            let mut codes = text.lines().filter_map(|line| mcodes::code(1, line));
-            codes.any(|code| code.code == wanted)
+            let mut codes = text.lines().map(|line| mcodes::code(1, line));
+            codes.any(|code| matches!(code, Ok(Some(code)) if code.code == wanted))
         };
         text.contains("DEFAULT_AXIS_STEPS_PER_UNIT") || (code("M92") && code("M203"))
     },
+    is_lines: true,
     read,
 };
 
@@ -54,8 +55,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     draft.dialect = Some("marlin");
     draft.control = Some(Control::Marlin);
     draft.size = MachineSize::Printer;
+    draft
+        .expected
+        .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let (mut problems, mut spread) = (Vec::new(), Spread::default());
-    let defines: Vec<Define<'_>> = defines(text);
+    let defines = defines(text)?;
     let last: LastDefines<'_> = defines.iter().map(|it| (it.name, it.value)).collect();
     let mut is_corexy = false;
     for define in &defines {
@@ -64,12 +68,22 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             Err(found) => problems.push(found),
         }
     }
+    let is_header = !defines.is_empty();
     for (index, line) in text.lines().enumerate() {
-        if let Some(code) = mcodes::code(index + 1, line)
-            && let Err(found) = take(&mut draft, &code, &mut spread)
-        {
-            problems.push(found);
-        }
+        let number = index + 1;
+        let code = match mcodes::code(number, line) {
+            // Lines of a header are C, and as many as those of a book.
+            Ok(None) if is_header => Ok(()),
+            Ok(None) => {
+                if let Some(text) = mcodes::other(line) {
+                    draft.row(format!("line {number}"), text, Fate::Ignored, "no code");
+                }
+                Ok(())
+            }
+            Ok(Some(code)) => take(&mut draft, &code, &mut spread),
+            Err(found) => Err(found),
+        };
+        problems.extend(code.err());
     }
     if problems.is_empty() {
         let hint = "it has to be what Marlin answers to M503, or its Configuration.h";
@@ -92,6 +106,17 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         ("smoothing_mm", spread.smoothing_mm),
     ];
     let told = settings.map(|(key, value)| value.map(|value| (key, value)));
+    if draft.axes.iter().any(|axis| axis.gap.is_some()) {
+        for (key, _) in settings.iter().filter(|(_, value)| value.is_none()) {
+            let why = "how the gap is taken up is not told";
+            draft.row(
+                format!("fixed_by_travel.{key}"),
+                "usual",
+                Fate::Guessed,
+                why,
+            );
+        }
+    }
     // A correction of 0 is none.
     if spread.correction != Some(0.0) {
         draft.carry("fixed-by-travel", |_| told.into_iter().flatten().collect());
@@ -103,7 +128,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
 }
 
 fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Problem> {
+    code.check()?;
     match code.code.as_str() {
+        "M906" | "M350" if code.word('I').is_some_and(|index| index.trim() != "0") => {
+            code.ignore(draft, "further motors: one moves an axis here");
+        }
         "M425" => {
             for (letter, text) in &code.words {
                 let value = match letter {
@@ -148,21 +177,89 @@ struct Define<'a> {
 /// What every name stands for.
 type LastDefines<'a> = BTreeMap<&'a str, &'a str>;
 
-fn defines(text: &str) -> Vec<Define<'_>> {
-    let lines = text.lines().enumerate();
-    lines
-        .filter_map(|(index, line)| {
-            let told = line.split("//").next()?.trim();
-            let rest = told.strip_prefix("#define")?.trim_start();
-            let (name, value) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-            Some(Define {
-                line: index + 1,
-                name,
-                value: value.trim(),
-            })
-        })
-        .collect()
+/// What may stand behind the hash of a header's line.
+const DIRECTIVES: [&str; 13] = [
+    "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "include", "error",
+    "warning", "pragma", "line",
+];
+
+/// The defines of a header; none if the text is none.
+///
+/// # Errors
+/// Directives that are none, and comments and conditions that do not end: of a header that was cut.
+fn defines(text: &str) -> Result<Vec<Define<'_>>, Vec<Problem>> {
+    if !text.lines().any(|line| line.contains("#define")) {
+        return Ok(Vec::new());
+    }
+    let (mut found, mut problems) = (Vec::new(), Vec::new());
+    // Where a comment, and where conditions began that have not ended yet.
+    let (mut comment, mut conditions) = (None, Vec::new());
+    for (index, line) in text.lines().enumerate() {
+        let line_number = index + 1;
+        let mut told = line;
+        if comment.is_some() {
+            let Some((_, behind)) = told.split_once("*/") else {
+                continue;
+            };
+            (comment, told) = (None, behind);
+        }
+        told = told.split("//").next().unwrap_or_default();
+        if let Some((before, behind)) = told.split_once("/*") {
+            told = before;
+            if !behind.contains("*/") {
+                comment = Some(line_number);
+            }
+        }
+        let Some(rest) = told.trim().strip_prefix('#') else {
+            continue;
+        };
+        let rest = rest.trim_start();
+        let end = rest
+            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .unwrap_or(rest.len());
+        let (word, rest) = rest.split_at(end);
+        match word {
+            "define" => {
+                let (name, value) = rest
+                    .trim_start()
+                    .split_once(char::is_whitespace)
+                    .unwrap_or((rest.trim_start(), ""));
+                if name.is_empty() {
+                    problems.push(problem(line_number, "#define", "has no name", CUT));
+                }
+                found.push(Define {
+                    line: line_number,
+                    name,
+                    value: value.trim(),
+                });
+            }
+            "if" | "ifdef" | "ifndef" => conditions.push(line_number),
+            "endif" if conditions.pop().is_none() => {
+                let message = "there is no #if before it";
+                problems.push(problem(line_number, "#endif", message, CUT));
+            }
+            word if !DIRECTIVES.contains(&word) => {
+                let key = format!("#{word}");
+                let hint = "write #define NAME VALUE";
+                problems.push(problem(line_number, &key, "is no directive", hint));
+            }
+            _ => {}
+        }
+    }
+    for (open, what) in [(conditions.last().copied(), "#if"), (comment, "/*")] {
+        if let Some(line) = open {
+            problems.push(problem(line, what, "does not end", CUT));
+        }
+    }
+    if problems.is_empty() {
+        Ok(found)
+    } else {
+        Err(problems)
+    }
 }
+
+/// What damage like this may come from.
+const CUT: &str = "is a part of the file missing?";
 
 /// The number that a value is, or that the name in it stands for.
 fn resolved(defines: &LastDefines<'_>, define: &Define<'_>, text: &str) -> Result<f64, Problem> {
@@ -191,8 +288,16 @@ fn take_define(
         _ => None,
     };
     if let Some(quantity) = list {
-        let values = define.value.trim_matches(['{', '}']).split(',');
-        for (axis, text) in LETTERS.into_iter().zip(values) {
+        let values = define
+            .value
+            .strip_prefix('{')
+            .and_then(|rest| rest.strip_suffix('}'));
+        let Some(values) = values else {
+            let message = format!("`{}` is no list", define.value);
+            let hint = "write { 80, 80, 400 }";
+            return Err(problem(define.line, define.name, message, hint));
+        };
+        for (axis, text) in LETTERS.into_iter().zip(values.split(',')) {
             let value = resolved(defines, define, text)?;
             let shown = format!("{value}");
             let value = if quantity == Quantity::Gap {

@@ -24,6 +24,8 @@ pub use draft::{Fate, Row};
 use crate::machine::MachineError;
 use crate::machine::Problem;
 use draft::Draft;
+use lostmotion_base::AxisId;
+use roxmltree::{Document, ParsingOptions};
 use std::borrow::Cow;
 
 /// A format, as its file describes it.
@@ -34,6 +36,8 @@ struct Format {
     extensions: &'static [&'static str],
     /// Whether a text of unknown extension is in this format.
     looks_like: fn(&str) -> bool,
+    /// Whether it is lines, of which a cut leaves some: what is nested does not read then.
+    is_lines: bool,
     /// Reads a text.
     read: fn(&str, &ImportOptions<'_>) -> Result<Draft, Vec<Problem>>,
 }
@@ -100,6 +104,9 @@ impl ImportFormat {
             .or_else(|| all().find(|format| (format.format().looks_like)(text)))
     }
 }
+
+/// Axes that machines of controls for three axes have.
+const XYZ: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 
 /// Longest text that is read unless more is allowed, bytes: a description of a machine has some
 /// thousand.
@@ -198,7 +205,12 @@ pub fn import(
         )]));
     }
     let text = with_name(name, text);
-    let draft = (format.format().read)(&text, options).map_err(fail)?;
+    let format = format.format();
+    let mut draft = (format.read)(&text, options).map_err(fail)?;
+    if format.is_lines {
+        draft.report_open_end(&text);
+    }
+    draft.report_missing();
     fill::machine(name, draft, options.preset).map_err(fail)
 }
 
@@ -216,6 +228,25 @@ fn with_name<'a>(name: &str, text: &'a str) -> Cow<'a, str> {
     // Nothing that means something in XML.
     let plain: String = stem.chars().filter(|c| !"<>&\"'".contains(*c)).collect();
     text.replace(FILE_NAME, &plain).into()
+}
+
+/// An XML document of at most so many nodes.
+fn xml(text: &str, nodes_limit: u32) -> Result<Document<'_>, Vec<Problem>> {
+    let options = ParsingOptions {
+        nodes_limit,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options).map_err(|error| {
+        let line = usize::try_from(error.pos().row).unwrap_or(1);
+        vec![problem(line, "", format!("not XML: {error}"), "")]
+    })
+}
+
+/// The axis of a name that is a letter with digits behind it or none: X, X1. ATC is none.
+fn lettered(name: &str) -> Option<AxisId> {
+    let mut letters = name.chars();
+    let axis = letters.next().and_then(AxisId::from_letter)?;
+    letters.all(|c| c.is_ascii_digit()).then_some(axis)
 }
 
 /// A problem at a line.

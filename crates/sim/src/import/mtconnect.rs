@@ -7,16 +7,17 @@
 //! changes with every version. See <https://docs.mtconnect.org>.
 
 use super::draft::{Draft, Fate, Quantity, Told};
-use super::{Format, ImportOptions, number, positive, problem};
+use super::{Format, ImportOptions, lettered, number, positive, problem, xml};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 /// The format's row. Its files are named .xml, as many are.
 pub(super) const FORMAT: Format = Format {
     name: "mtconnect",
     extensions: &[],
     looks_like: |text| text.contains("MTConnectDevices"),
+    is_lines: false,
     read,
 };
 
@@ -25,14 +26,7 @@ const MOST_NODES: u32 = 20_000;
 
 /// Reads the description.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let options = ParsingOptions {
-        nodes_limit: MOST_NODES,
-        ..ParsingOptions::default()
-    };
-    let document = Document::parse_with_options(text, options).map_err(|error| {
-        let line = usize::try_from(error.pos().row).unwrap_or(1);
-        vec![problem(line, "", format!("not XML: {error}"), "")]
-    })?;
+    let document = xml(text, MOST_NODES)?;
     let mut draft = Draft::new("MTConnect");
     let mut problems = Vec::new();
     let line = |node: Node<'_, '_>| document.text_pos_at(node.range().start).row as usize;
@@ -63,14 +57,8 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         };
         let kind = node.tag_name().name();
         let name = node.attribute("name").unwrap_or_default();
-        let letter = |text: &str| {
-            let mut chars = text.chars();
-            let axis = chars.next().and_then(AxisId::from_letter)?;
-            // X1 is X; Xerror is no axis.
-            let rest = chars.as_str();
-            rest.bytes().all(|b| b.is_ascii_digit()).then_some(axis)
-        };
-        let axis = letter(name).or_else(|| node.attribute("nativeName").and_then(letter));
+        // X1 is X; Xerror is no axis.
+        let axis = lettered(name).or_else(|| node.attribute("nativeName").and_then(lettered));
         let is_spindle = node.descendants().any(|item| {
             item.has_tag_name_of("Value") && item.text().map(str::trim) == Some("SPINDLE")
         });

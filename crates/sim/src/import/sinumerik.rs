@@ -3,12 +3,15 @@
 //!
 //! MD10000 AXCONF_MACHAX_NAME_TAB, MD10240 SCALING_SYSTEM_IS_METRIC, MD30300 IS_ROT_AX, MD32000
 //! MAX_AX_VELO (mm/min, rev/min), MD32300 MAX_AX_ACCEL (m/s2, rev/s2), MD32431 MAX_AX_JERK (m/s3,
-//! rev/s3), MD32450 BACKLASH (mm, deg), MD36100 and MD36110 POS_LIMIT_MINUS and PLUS. Axes are AX1
-//! and so on, or the names of MD10000; of data with an index the first counts. Source: SINUMERIK
-//! 840D sl, Detailed description of the machine data (list manual).
+//! rev/s3), MD32450 BACKLASH (mm, deg) times MD32452 BACKLASH_FACTOR, MD36100 and MD36110 POS_LIMIT_MINUS and PLUS. Axes are AX1
+//! and so on, or the names of MD10000; of data with an index the first counts (DYNNORM, the first
+//! measuring system). Source: SINUMERIK 808D ADVANCED, parameter manual 08/2013 p. 228 (32450, 32452);
+//! 840D sl, function manuals G2 (30300, 31030), K3 (32450) and A3 (36100); SINUMERIK ONE, list manual
+//! 01/2023 p. 209 (first entries of 32300 and 32431). Units of 32000, 32300 and 32431 are taken from
+//! the list manual of the 840D sl, and listed as guesses.
 
 use super::draft::{Draft, Fate, Quantity, Told};
-use super::{Format, ImportOptions, not_negative, number, positive, problem};
+use super::{Format, ImportOptions, lettered, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
@@ -19,11 +22,15 @@ pub(super) const FORMAT: Format = Format {
     name: "sinumerik",
     extensions: &[],
     looks_like: |text| text.contains("$MA_") || text.contains("$MN_"),
+    is_lines: true,
     read,
 };
 
 /// Ends of travel from here on are the control's default, that is none, mm or deg.
 const NO_LIMIT: f64 = 1e7;
+
+/// How lines begin that hold a file within an archive together.
+const FRAME: [&str; 3] = ["%_N_", "M17", "CHANDATA("];
 
 /// Machine axes that an archive may name.
 const MOST_AXES: usize = 64;
@@ -46,15 +53,44 @@ impl Datum<'_> {
     }
 }
 
-fn datum(line: usize, text: &str) -> Option<Datum<'_>> {
-    let told = text.split(';').next()?.trim();
-    let rest = &told[told.find("$M")? + 1..];
-    let (left, value) = rest.split_once('=')?;
+/// On or off.
+fn switch(datum: &Datum<'_>) -> Result<bool, Problem> {
+    match datum.value.to_ascii_uppercase().as_str() {
+        "1" | "TRUE" => Ok(true),
+        "0" | "FALSE" => Ok(false),
+        other => {
+            let message = format!("`{other}` is neither 1 nor 0");
+            Err(problem(datum.line, &datum.key(), message, ""))
+        }
+    }
+}
+
+/// The datum of a line; `None` if it has none.
+///
+/// # Errors
+/// A datum that is not whole.
+fn datum(line: usize, text: &str) -> Result<Option<Datum<'_>>, Problem> {
+    let told = text.split(';').next().unwrap_or_default().trim();
+    let Some(at) = told.find("$M") else {
+        return Ok(None);
+    };
+    let rest = &told[at + 1..];
+    let bad = || {
+        let hint = "data are written as $MA_BACKLASH[0,AX1]=0.012";
+        problem(line, told, "is no datum with a value", hint)
+    };
+    let (left, value) = rest.split_once('=').ok_or_else(bad)?;
     let (name, index) = match left.split_once('[') {
-        Some((name, rest)) => (name, rest.split_once(']')?.0),
+        Some((name, rest)) => (name, rest.split_once(']').ok_or_else(bad)?.0),
         None => (left, ""),
     };
-    Some(Datum {
+    // The archive's check sum stands behind it.
+    let value = value.split('\'').next().unwrap_or_default();
+    let value = value.trim().trim_matches('"');
+    if name.trim().is_empty() || value.is_empty() {
+        return Err(bad());
+    }
+    Ok(Some(Datum {
         line,
         name: name.trim(),
         index: index
@@ -62,9 +98,8 @@ fn datum(line: usize, text: &str) -> Option<Datum<'_>> {
             .map(str::trim)
             .filter(|part| !part.is_empty())
             .collect(),
-        // The archive's check sum stands behind it.
-        value: value.split('\'').next()?.trim().trim_matches('"'),
-    })
+        value,
+    }))
 }
 
 /// An axis' name in the archive, and which it is.
@@ -79,42 +114,80 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Sinumerik");
     draft.dialect = Some("siemens");
     draft.control = Some(Control::Siemens);
-    let lines = text.lines().enumerate();
-    let data: Vec<Datum<'_>> = lines
-        .filter_map(|(index, line)| datum(index + 1, line))
-        .collect();
+    let (mut data, mut problems) = (Vec::new(), Vec::new());
+    for (index, line) in text.lines().enumerate() {
+        match datum(index + 1, line) {
+            Ok(Some(found)) => data.push(found),
+            Ok(None) => {
+                let told = line.split(';').next().unwrap_or_default().trim();
+                let is_frame = FRAME.iter().any(|it| told.starts_with(it));
+                if !told.is_empty() && !is_frame {
+                    draft.row(
+                        format!("line {}", index + 1),
+                        told,
+                        Fate::Ignored,
+                        "no machine data",
+                    );
+                }
+            }
+            Err(found) => problems.push(found),
+        }
+    }
+    // Every file within an archive ends with M17.
+    let frames = text.lines().map(str::trim).enumerate();
+    if let Some((begin, name)) = frames.filter(|(_, line)| line.starts_with("%_N_")).last()
+        && !text.lines().skip(begin).any(|line| line.trim() == "M17")
+    {
+        let why = "it does not end with M17: is the archive whole?";
+        draft.row(format!("line {}", begin + 1), name, Fate::Guessed, why);
+    }
     let mut names = Vec::new();
     for datum in data
         .iter()
         .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
     {
         let number = datum.index.first().and_then(|it| it.parse::<usize>().ok());
-        if let Some(number) = number.filter(|number| *number < MOST_AXES) {
+        let Some(number) = number.filter(|number| *number < MOST_AXES) else {
+            let hint = "names are written as $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"";
+            let message = "names no machine axis by its place";
+            problems.push(problem(datum.line, &datum.key(), message, hint));
+            continue;
+        };
+        {
             names.retain(|it: &AxisName| it.number != number + 1);
             names.push(AxisName {
                 name: datum.value.to_owned(),
                 number: number + 1,
-                axis: datum.value.chars().next().and_then(AxisId::from_letter),
+                // Slaves of gantries, spindles and tool changers have longer names: XF1, SP1, ATC1.
+                axis: lettered(datum.value),
             });
         }
     }
     // Axes that are spindles are none here.
-    let spindles: BTreeSet<&str> = data
-        .iter()
-        .filter(|it| it.name == "MA_SPIND_ASSIGN_TO_MACHAX" && it.value != "0")
-        .filter_map(|it| it.index.last().copied())
-        .collect();
-    let turning: BTreeSet<&str> = data
-        .iter()
-        .filter(|it| it.name == "MA_IS_ROT_AX" && matches!(it.value, "1" | "TRUE" | "true"))
-        .filter_map(|it| it.index.last().copied())
-        .collect();
-    let mut problems = Vec::new();
-    let mut guessed = Vec::new();
+    let mut with = |name: &str, is_on: fn(&Datum<'_>) -> Result<bool, Problem>| {
+        let mut axes = BTreeSet::new();
+        for datum in data.iter().filter(|it| it.name == name) {
+            match is_on(datum) {
+                Ok(true) => axes.extend(datum.index.last().copied()),
+                Ok(false) => {}
+                Err(found) => problems.push(found),
+            }
+        }
+        axes
+    };
+    let spindles = with("MA_SPIND_ASSIGN_TO_MACHAX", |datum| {
+        Ok(number(datum.line, &datum.key(), datum.value)? != 0.0)
+    });
+    let turning = with("MA_IS_ROT_AX", switch);
+    let (mut guessed, mut units) = (Vec::new(), BTreeSet::new());
     for datum in &data {
         let key = datum.key();
         if datum.name == "MN_SCALING_SYSTEM_IS_METRIC" {
-            if datum.value == "0" || datum.value.eq_ignore_ascii_case("false") {
+            let is_metric = switch(datum).unwrap_or_else(|found| {
+                problems.push(found);
+                true
+            });
+            if !is_metric {
                 let message = "the machine's data are in inches, which are not read";
                 let hint = "switch the basic system to metric and write the archive again";
                 problems.push(problem(datum.line, &key, message, hint));
@@ -129,12 +202,14 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             .and_then(|own| axis_of(own, &names, &mut guessed));
         let first = datum.index.len() < 2 || datum.index[0] == "0";
         let Some(axis) = axis.filter(|_| first) else {
-            let fate = if datum.name == "MN_AXCONF_MACHAX_NAME_TAB" {
-                Fate::Used
+            let (fate, note) = if datum.name != "MN_AXCONF_MACHAX_NAME_TAB" {
+                (Fate::Ignored, "")
+            } else if lettered(datum.value).is_some() {
+                (Fate::Used, "")
             } else {
-                Fate::Ignored
+                (Fate::Ignored, "no letter of an axis: its data are left out")
             };
-            draft.row(key, datum.value, fate, "");
+            draft.row(key, datum.value, fate, note);
             continue;
         };
         let rotary = datum.index.last().is_some_and(|own| turning.contains(own));
@@ -144,9 +219,14 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             draft.row(key, datum.value, Fate::Ignored, note);
             continue;
         }
-        if let Err(found) = take(&mut draft, datum, axis) {
-            problems.push(found);
+        match take(&mut draft, datum, &data, axis) {
+            Ok(unit) => units.extend(unit),
+            Err(found) => problems.push(found),
         }
+    }
+    for (name, unit) in units {
+        let why = "the archive does not tell it: as the list manual has it for metric systems";
+        draft.row(format!("unit of ${name}"), unit, Fate::Guessed, why);
     }
     for (name, axis) in guessed {
         let why = "its name in MD10000 is not in the file: by its number";
@@ -158,6 +238,14 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
     if !problems.is_empty() {
         return Err(problems);
+    }
+    for named in names
+        .iter()
+        .filter(|it| !spindles.contains(&*format!("AX{}", it.number)))
+    {
+        draft
+            .expected
+            .extend(named.axis.map(|axis| (axis, "MD10000 names it")));
     }
     draft.carry("actual-value", |_| Vec::new());
     Ok(draft)
@@ -172,7 +260,7 @@ fn axis_of(own: &str, names: &[AxisName], guessed: &mut Vec<(String, AxisId)>) -
         .strip_prefix("AX")
         .and_then(|it| it.parse::<usize>().ok());
     let Some(number) = number else {
-        return own.chars().next().and_then(AxisId::from_letter);
+        return lettered(own);
     };
     if let Some(named) = names.iter().find(|it| it.number == number) {
         return named.axis;
@@ -184,29 +272,47 @@ fn axis_of(own: &str, names: &[AxisName], guessed: &mut Vec<(String, AxisId)>) -
     Some(axis)
 }
 
-fn take(draft: &mut Draft, datum: &Datum<'_>, axis: AxisId) -> Result<(), Problem> {
+/// Takes a datum over; answers its name and the unit that was taken for it, where that is a guess.
+fn take(
+    draft: &mut Draft,
+    datum: &Datum<'_>,
+    data: &[Datum<'_>],
+    axis: AxisId,
+) -> Result<Option<(&'static str, &'static str)>, Problem> {
     let key = datum.key();
     let turns = axis.is_rotary();
     // mm/min or rev/min; m/s2 or rev/s2.
     let per_minute = if turns { DEGREES / 60.0 } else { 1.0 / 60.0 };
     let per_second = if turns { DEGREES } else { 1e3 };
     let above_zero = |factor: f64| Ok(positive(datum.line, &key, datum.value)? * factor);
-    let (quantity, amount) = match datum.name {
-        "MA_MAX_AX_VELO" => (Quantity::Velocity, above_zero(per_minute)?),
-        "MA_MAX_AX_ACCEL" => (Quantity::Acceleration, above_zero(per_second)?),
-        "MA_MAX_AX_JERK" => (Quantity::Jerk, above_zero(per_second)?),
+    let (quantity, amount, unit) = match datum.name {
+        "MA_MAX_AX_VELO" => (
+            Quantity::Velocity,
+            above_zero(per_minute)?,
+            Some(("MA_MAX_AX_VELO", "mm/min, rev/min")),
+        ),
+        "MA_MAX_AX_ACCEL" => (
+            Quantity::Acceleration,
+            above_zero(per_second)?,
+            Some(("MA_MAX_AX_ACCEL", "m/s2, rev/s2")),
+        ),
+        "MA_MAX_AX_JERK" => (
+            Quantity::Jerk,
+            above_zero(per_second)?,
+            Some(("MA_MAX_AX_JERK", "m/s3, rev/s3")),
+        ),
         "MA_POS_LIMIT_MINUS" | "MA_POS_LIMIT_PLUS" => {
             let end = number(datum.line, &key, datum.value)?;
             if end.abs() >= NO_LIMIT {
                 draft.row(key, datum.value, Fate::Ignored, "no limit");
-                return Ok(());
+                return Ok(None);
             }
             let quantity = if datum.name == "MA_POS_LIMIT_PLUS" {
                 Quantity::Max
             } else {
                 Quantity::Min
             };
-            (quantity, end)
+            (quantity, end, None)
         }
         "MA_BACKLASH" => {
             if datum.value.starts_with('-') {
@@ -214,11 +320,16 @@ fn take(draft: &mut Draft, datum: &Datum<'_>, axis: AxisId) -> Result<(), Proble
                 let message = "is negative: of an encoder that the load leads, which is not read";
                 return Err(problem(datum.line, &key, message, hint));
             }
-            (Quantity::Gap, not_negative(datum.line, &key, datum.value)?)
+            let gap = not_negative(datum.line, &key, datum.value)?;
+            (Quantity::Gap, gap * weight(datum, data)?, None)
+        }
+        "MA_BACKLASH_FACTOR" => {
+            draft.row(key, datum.value, Fate::Used, "weight of the gap");
+            return Ok(None);
         }
         "MA_IS_ROT_AX" => {
             draft.row(key, datum.value, Fate::Used, "kind of axis");
-            return Ok(());
+            return Ok(None);
         }
         "MA_POSCTRL_GAIN" => {
             let gain = positive(datum.line, &key, datum.value)? * 1e3 / 60.0;
@@ -226,16 +337,16 @@ fn take(draft: &mut Draft, datum: &Datum<'_>, axis: AxisId) -> Result<(), Proble
                 "position_gain_per_s = {gain:.1}: the other gains come from the preset, set it with them"
             );
             draft.row(key, datum.value, Fate::Ignored, note);
-            return Ok(());
+            return Ok(None);
         }
         "MA_LEADSCREW_PITCH" => {
             let note = "lead_mm: the drive comes from the preset, set it with motor and gains";
             draft.row(key, datum.value, Fate::Ignored, note);
-            return Ok(());
+            return Ok(None);
         }
         _ => {
             draft.row(key, datum.value, Fate::Ignored, "");
-            return Ok(());
+            return Ok(None);
         }
     };
     let told = Told {
@@ -244,5 +355,15 @@ fn take(draft: &mut Draft, datum: &Datum<'_>, axis: AxisId) -> Result<(), Proble
         line: datum.line,
     };
     draft.tell(axis, quantity, told, datum.value);
-    Ok(())
+    Ok(unit)
+}
+
+/// The weight of an axis' gap, of the first set of parameters (MD32452); 1 if it is not told.
+fn weight(gap: &Datum<'_>, data: &[Datum<'_>]) -> Result<f64, Problem> {
+    let factor = data.iter().rfind(|it| {
+        it.name == "MA_BACKLASH_FACTOR"
+            && it.index.last() == gap.index.last()
+            && (it.index.len() < 2 || it.index[0] == "0")
+    });
+    factor.map_or(Ok(1.0), |it| positive(it.line, &it.key(), it.value))
 }

@@ -248,6 +248,13 @@ pub(super) fn drive(
         class.name.to_owned(),
         "the motor's plate tells torque and current",
     );
+    if peak.is_none() {
+        guess(
+            "drive.current_limit_a",
+            float(peak_a),
+            "the motor's rated current: the driver's setting is not told",
+        );
+    }
 
     // The load: what is typical, or less where the machine could not run as it is set.
     let typical = match size {

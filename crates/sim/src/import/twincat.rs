@@ -8,16 +8,17 @@
 //! unless the user chose another.
 
 use super::draft::{Draft, Fate, Quantity, Told};
-use super::{Format, ImportOptions, number, positive, problem};
+use super::{Format, ImportOptions, lettered, number, positive, problem, xml};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
     name: "twincat",
     extensions: &["xti", "tsproj"],
     looks_like: |text| text.contains("<TcSmItem") || text.contains("<TcSmProject"),
+    is_lines: false,
     read,
 };
 
@@ -57,14 +58,7 @@ const KNOWN: &[(&str, &str, &str)] = &[
 
 /// Reads the axes.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let options = ParsingOptions {
-        nodes_limit: MOST_NODES,
-        ..ParsingOptions::default()
-    };
-    let document = Document::parse_with_options(text, options).map_err(|error| {
-        let line = usize::try_from(error.pos().row).unwrap_or(1);
-        vec![problem(line, "", format!("not XML: {error}"), "")]
-    })?;
+    let document = xml(text, MOST_NODES)?;
     let line = |node: Node<'_, '_>| document.text_pos_at(node.range().start).row as usize;
     let named =
         |node: &Node<'_, '_>, name: &str| node.is_element() && node.tag_name().name() == name;
@@ -115,11 +109,8 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
 
 /// The axis that a name tells: a word of one letter, with digits behind it or none.
 fn letter(name: &str) -> Option<AxisId> {
-    name.split(|c: char| !c.is_alphanumeric()).find_map(|word| {
-        let mut letters = word.chars();
-        let axis = letters.next().and_then(AxisId::from_letter)?;
-        letters.all(|c| c.is_ascii_digit()).then_some(axis)
-    })
+    name.split(|c: char| !c.is_alphanumeric())
+        .find_map(lettered)
 }
 
 /// Takes over what one element of an axis tells.

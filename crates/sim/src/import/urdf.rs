@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
     name: "urdf",
     extensions: &["urdf"],
     looks_like: |text| text.contains("<robot"),
+    is_lines: false,
     read,
 };
 

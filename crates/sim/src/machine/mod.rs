@@ -35,7 +35,8 @@ pub use problem::{MachineError, Problem};
 pub use read::{axis_from_changed_toml, axis_from_toml, axis_to_toml};
 pub use review::AxisReview;
 pub use settings::{
-    BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets,
+    BOW_LIMIT_UM, Homes, PathStops, PlannerSettings, Position, SimulateSettings, ToolEntry,
+    WorkOffsets,
 };
 pub use tuning::AxisTuning;
 
@@ -323,6 +324,14 @@ impl Machine {
             axes: self.axes.iter().map(of_axis).collect(),
             gantry,
         }
+    }
+
+    /// The same machine, stopping on its path elsewhere.
+    #[must_use]
+    pub(crate) fn with_stops(&self, stops: PathStops) -> Machine {
+        let mut machine = self.clone();
+        machine.general.planner.stops = stops;
+        machine
     }
 
     /// The same machine with another axis description for one letter. The caller checks it

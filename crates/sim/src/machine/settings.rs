@@ -129,6 +129,45 @@ pub struct ToolEntry {
     pub diameter_mm: f64,
 }
 
+/// Where the path comes to rest besides where the program asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum PathStops {
+    /// Nowhere.
+    #[default]
+    Never,
+    /// Where an axis reverses, for as long as the axis takes for its gap: controls that put a move
+    /// of their own between blocks (grbl and its descendants).
+    Reversals,
+    /// At the end of every move: controls that leave constant velocity to compensate (Mach3).
+    Blocks,
+}
+
+impl PathStops {
+    /// Its name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PathStops::Never => "never",
+            PathStops::Reversals => "reversals",
+            PathStops::Blocks => "blocks",
+        }
+    }
+
+    /// Where that is, in words.
+    pub(crate) const fn place(self) -> &'static str {
+        match self {
+            PathStops::Never => "nowhere",
+            PathStops::Reversals => "where an axis reverses",
+            PathStops::Blocks => "at the end of every move",
+        }
+    }
+}
+
+fn is_never(stops: &PathStops) -> bool {
+    *stops == PathStops::Never
+}
+
 /// What the planner is told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -139,6 +178,9 @@ pub struct PlannerSettings {
     pub exact_path_tolerance_mm: f64,
     /// Largest change of direction that G61 passes without a stop, deg.
     pub exact_path_angle_deg: f64,
+    /// Where the path comes to rest besides where the program asks for it.
+    #[serde(skip_serializing_if = "is_never")]
+    pub stops: PathStops,
 }
 
 impl Default for PlannerSettings {
@@ -147,6 +189,7 @@ impl Default for PlannerSettings {
             default_tolerance_mm: 0.01,
             exact_path_tolerance_mm: 1e-4,
             exact_path_angle_deg: 0.1,
+            stops: PathStops::Never,
         }
     }
 }

@@ -9,6 +9,7 @@ use super::paced::{PLAN_CHUNK_SAMPLES, Paced};
 use super::reader::Reader;
 use super::steer::Modes;
 use super::steer::Read;
+use super::stops::Stops;
 use crate::error::SimError;
 use crate::options::BowLimit;
 use crate::results::{PlanInfo, PlanShortfalls};
@@ -49,6 +50,7 @@ pub(crate) struct Feed {
     command_period_s: f64,
     bows: Option<Bows>,
     modes: Modes,
+    stops: Option<Stops>,
     /// The first move in other coordinates, which begins when the planner has come to rest.
     held: Option<Read>,
     start_joints: Coords,
@@ -119,6 +121,7 @@ impl Feed {
             command_period_s: machine.cycles().command().period_s(),
             bows,
             modes,
+            stops: Stops::new(machine),
             held: None,
             before: (0, 0),
             shortfalls: Shortfalls::default(),
@@ -222,7 +225,36 @@ impl Feed {
         let Some(item) = item.map(|item| self.change.of_item(item)) else {
             return Ok(());
         };
+        match (&mut self.stops, item) {
+            (Some(stops), PlanItem::Move(item)) => {
+                for item in stops.of_move(item) {
+                    self.hand(item, origin, read, segments)?;
+                }
+                Ok(())
+            }
+            (_, item) => self.hand(item, origin, read, segments),
+        }
+    }
+
+    /// Hands the planner an item of what was read.
+    fn hand(
+        &mut self,
+        item: PlanItem,
+        origin: Coords,
+        read: &Read,
+        segments: &mut Vec<ProgrammedSegment>,
+    ) -> Result<(), SimError> {
         self.planner.push(item)?;
+        // A stop of the control's own, not of the program.
+        if let (PlanItem::Dwell(dwell), MotionItem::Move(_), Some(notes)) =
+            (item, &read.item, &mut self.notes)
+        {
+            notes.push(Note::Dwell {
+                after: self.segments,
+                seconds: dwell.seconds,
+                block: dwell.block,
+            });
+        }
         if let PlanItem::Move(item) = item {
             // Under tip control the planner itself keeps the tip on the line; without it a rotary
             // word bends the way.

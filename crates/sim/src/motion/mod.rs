@@ -5,6 +5,7 @@
 //! travel   what lies beyond the travel, and which offset brings it in  (travel.rs)
 //! reader   text -> operations -> motion; tool directions        (reader.rs, steer.rs)
 //! curves   motion -> curves and planner's items                 (curves.rs)
+//! stops    moves -> pieces with the stops of the control between them (stops.rs)
 //! feed     moves -> samples, segments                           (feed.rs)
 //! paced    samples at another pace: hold, override, stop        (paced.rs)
 //! bow      samples, moves -> how far the tool is off where joints go straight (bow.rs)
@@ -18,6 +19,7 @@ mod feed;
 mod paced;
 mod reader;
 mod steer;
+mod stops;
 mod travel;
 
 pub(crate) use bow::Bows;
@@ -27,3 +29,4 @@ pub use curves::{Curves, ProgrammedMove, curve, plan_item};
 pub(crate) use feed::{Feed, Note};
 pub use reader::interpreter_config;
 pub(crate) use steer::Modes;
+pub(crate) use stops::reversals;

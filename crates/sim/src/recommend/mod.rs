@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! 1  every way in which the control can be set, on one plan beside no compensation     the amounts that are best
+//!    and, of Siemens, curves over the acceleration for the pulse that leaves least
 //! 2  the best of them, told right and told wrong, beside what other controls could do   what is left, is it safe
 //! 3  the same with the true gap at either end of its interval                           how sure that is
 //! ```
@@ -14,7 +15,7 @@ pub mod results;
 
 use crate::control::Control;
 use crate::error::SimError;
-use crate::machine::Machine;
+use crate::machine::{Machine, PathStops};
 use crate::method::Choice;
 use crate::options::SimulateOptions;
 use crate::program::Program;
@@ -73,6 +74,11 @@ impl Trial {
     fn name(&self) -> String {
         format!("{} {}", self.method, self.said).trim().to_owned()
     }
+
+    fn choice(&self) -> Choice {
+        let change = Arc::clone(&self.change);
+        Choice::set(self.name(), self.method, move |config| change(config))
+    }
 }
 
 /// The settings of a control for a program on a machine.
@@ -116,7 +122,8 @@ pub fn recommend(
         control: Some(control),
         ..options.clone()
     };
-    let told = told(machine, control, wanted);
+    // Of controls that stop to compensate the stops belong to what is set.
+    let told = told(machine, control, wanted).with_stops(control.stops());
     if let Some(method) = machine
         .axes()
         .iter()
@@ -136,16 +143,40 @@ pub fn recommend(
         fill_baseline(&mut answer, &run);
         return Ok(answer);
     }
-    let choices = std::iter::once(baseline()).chain(trials.iter().map(|trial| {
-        let change = Arc::clone(&trial.change);
-        Choice::set(trial.name(), trial.method, move |config| change(config))
-    }));
+    let choices = std::iter::once(baseline()).chain(trials.iter().map(Trial::choice));
     let first = simulate(program, &told, &without_tests(&options), choices.collect())?;
     answer.runs += 1 + trials.len() as u64;
-    fill_baseline(&mut answer, &first);
-    let best = trials
+    if control.stops() == PathStops::Never {
+        fill_baseline(&mut answer, &first);
+    } else {
+        let run = simulate(program, machine, &without_tests(&options), vec![baseline()])?;
+        answer.runs += 1;
+        fill_baseline(&mut answer, &run);
+        answer.notes.push(format!(
+            "the control stops {} to take the gap up: {:.2} s in place of {:.2}",
+            control.stops().place(),
+            first.plan.duration_s,
+            run.plan.duration_s
+        ));
+    }
+    let curves = match curve_trials(control, &first, &trials) {
+        curves if curves.is_empty() => None,
+        curves => Some(curves),
+    };
+    let mut best = trials
         .iter()
-        .find(|trial| Some(trial.name()) == first.recommended);
+        .find(|trial| Some(trial.name()) == first.recommended)
+        .cloned();
+    // Step 1b: a pulse that is the same at all accelerations against curves over them.
+    if let Some(curves) = curves {
+        let all: Vec<Trial> = best.iter().cloned().chain(curves).collect();
+        let choices = std::iter::once(baseline()).chain(all.iter().map(Trial::choice));
+        let run = simulate(program, &told, &without_tests(&options), choices.collect())?;
+        answer.runs += 1 + all.len() as u64;
+        answer.notes.push(best_curve(&run, &first));
+        let found = |trial: &&Trial| Some(trial.name()) == run.recommended;
+        best = all.iter().find(found).cloned().or(best);
+    }
     let Some(best) = best else {
         answer.refused = Some(refusal(&first));
         return Ok(answer);
@@ -235,6 +266,67 @@ pub fn recommend(
         }
     }
     Ok(answer)
+}
+
+/// Parts of the axes' largest acceleration between which a pulse's height may change: where it has
+/// risen, where it begins to fall, where it has fallen.
+const CURVES: [[f64; 3]; 3] = [[0.001, 0.02, 0.2], [0.005, 0.05, 0.5], [0.02, 0.2, 0.8]];
+/// Heights beyond the last acceleration, as parts of the largest.
+const LEAST_HEIGHTS: [f64; 2] = [0.5, 0.0];
+
+/// Siemens' friction compensation with an adaptation characteristic: curves over the acceleration for
+/// the constant pulse that leaves least.
+fn curve_trials(control: Control, run: &Run, trials: &[Trial]) -> Vec<Trial> {
+    let pulses = trials.iter().filter_map(|trial| {
+        let rms = run.result(&trial.name())?.cutting.rms;
+        (control == Control::Siemens && trial.method.name() == PULSE).then_some((trial, rms))
+    });
+    let Some((pulse, _)) = pulses.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Vec::new();
+    };
+    let mut all = Vec::new();
+    for parts in CURVES {
+        for least in LEAST_HEIGHTS {
+            let percent = parts.map(|part| 100.0 * part);
+            let said = format!(
+                "{}, over accelerations of {percent:?} % of the largest, {least} of it beyond",
+                pulse.said
+            );
+            let constant = Arc::clone(&pulse.change);
+            all.push(Trial::new(PULSE, said, move |config| {
+                constant(config);
+                let largest = config.compensation.fixed_linuxcnc.acceleration_units_s2;
+                let pulse = &mut config.compensation.decaying_pulse;
+                // In steps of 1 mm/s2 and 1 um/s, far below what a control takes.
+                let round = |value: f64, step: f64| (value / step).round() * step;
+                pulse.acceleration_units_s2 =
+                    largest.map(|most| parts.map(|part| round(part * most, 1.0).max(1.0)));
+                pulse.least_height_units_s = pulse
+                    .height_units_s
+                    .map(|height| round(least * height, 1e-3));
+            }));
+        }
+    }
+    all.into_iter().flatten().collect()
+}
+
+/// The method that stands for a friction compensation by a pulse.
+const PULSE: &str = "decaying-pulse";
+
+/// What the best curve leaves beside the best constant pulse.
+fn best_curve(run: &Run, first: &Run) -> String {
+    let least = |run: &Run, is_curve: bool| {
+        let of_kind = run.results.iter().filter(|result| {
+            result.method.starts_with(PULSE) && result.method.contains("accelerations") == is_curve
+        });
+        let rms = of_kind.map(|result| result.cutting.rms);
+        rms.fold(f64::INFINITY, f64::min)
+    };
+    format!(
+        "friction compensation (MD32490): with the best curve over the acceleration RMS {:.2} um, with the best constant pulse {:.2} um",
+        least(run, true),
+        least(first, false)
+    )
 }
 
 fn check(wanted: &RecommendOptions) -> Result<(), SimError> {
@@ -430,7 +522,7 @@ fn trials(control: Control) -> Vec<Trial> {
                     }));
                 }
             }
-            "decaying-pulse" => {
+            PULSE => {
                 for ms in [8.0, 15.0, 30.0] {
                     for part in [0.5, 1.0, 2.0] {
                         let said = format!("of {part} gaps over {ms} ms");

@@ -256,61 +256,96 @@ fn siemens(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
             );
             continue;
         }
-        let pulse = axis.config.compensation.decaying_pulse;
-        // mm/min for linear axes, rev/min for rotary ones.
-        let per_minute = if axis.is_rotary { 60.0 / 360.0 } else { 60.0 };
-        let height = short(pulse.height_units_s.unwrap_or(0.0) * per_minute, 3);
-        let time = short(pulse.time_ms * 1e-3, 4);
-        let speed = if axis.is_rotary { "rev/min" } else { "mm/min" };
-        for (number, name, value, unit, meaning) in [
-            (
-                32490,
-                "FRICT_COMP_MODE",
-                "1".to_owned(),
-                "-",
-                "constant or adaptive",
-            ),
-            (32500, "FRICT_COMP_ENABLE", "1".to_owned(), "-", "on"),
-            (
-                32510,
-                "FRICT_COMP_ADAPT_ENABLE",
-                "0".to_owned(),
-                "-",
-                "the same height at all accelerations",
-            ),
-            (
-                32520,
-                "FRICT_COMP_CONST_MAX",
-                height,
-                speed,
-                "height of the pulse",
-            ),
-            (
-                32540,
-                "FRICT_COMP_TIME",
-                time,
-                "s",
-                "time constant of the pulse",
-            ),
-        ] {
-            let index = if number == 32490 || number == 32500 || number == 32510 {
-                ""
-            } else {
-                "0,"
-            };
-            p.line(format!("N{number} $MA_{name}[{index}{ax}]={value}"));
-            p.set(
-                format!("MD{number} {name}"),
-                &axis.name,
-                value,
-                unit,
-                meaning,
-            );
-        }
+        pulse(p, axis, &ax);
     }
     p.needs("the axes are referenced: the compensation is active only behind it");
     p.needs("index 0 is the measuring system that closes the position loop; MD32452 BACKLASH_FACTOR is 1");
     p.needs("axes are AX1, AX2, ... in the order of the machine description; a reset of the NCK makes the data active");
+}
+
+/// Friction compensation of an axis: the pulse, and its curve over the acceleration.
+fn pulse(p: &mut Parameters, axis: &ToldAxis, ax: &str) {
+    let pulse = axis.config.compensation.decaying_pulse;
+    // mm/min and m/s2 for linear axes, rev/min and rev/s2 for rotary ones.
+    let (per_minute, per_second) = if axis.is_rotary {
+        (60.0 / 360.0, 1.0 / 360.0)
+    } else {
+        (60.0, 1e-3)
+    };
+    let [speed, rise] = if axis.is_rotary {
+        ["rev/min", "rev/s2"]
+    } else {
+        ["mm/min", "m/s2"]
+    };
+    let height = |units: f64| short(units * per_minute, 3);
+    let curve = pulse.acceleration_units_s2;
+    let mut all = vec![
+        (
+            32490,
+            "FRICT_COMP_MODE",
+            "1".to_owned(),
+            "-",
+            "constant or adaptive",
+        ),
+        (32500, "FRICT_COMP_ENABLE", "1".to_owned(), "-", "on"),
+        (
+            32510,
+            "FRICT_COMP_ADAPT_ENABLE",
+            if curve.is_some() { "1" } else { "0" }.to_owned(),
+            "-",
+            if curve.is_some() {
+                "the height changes with the acceleration"
+            } else {
+                "the same height at all accelerations"
+            },
+        ),
+        (
+            32520,
+            "FRICT_COMP_CONST_MAX",
+            height(pulse.height_units_s.unwrap_or(0.0)),
+            speed,
+            "height of the pulse",
+        ),
+    ];
+    if let Some(accelerations) = curve {
+        let least = pulse.least_height_units_s.unwrap_or(0.0);
+        let meaning = "height beyond acceleration 3";
+        all.push((32530, "FRICT_COMP_CONST_MIN", height(least), speed, meaning));
+        let names = [
+            "FRICT_COMP_ACCEL1",
+            "FRICT_COMP_ACCEL2",
+            "FRICT_COMP_ACCEL3",
+        ];
+        let meanings = [
+            "the height has risen",
+            "the height begins to fall",
+            "the height has fallen",
+        ];
+        for (index, value) in accelerations.into_iter().enumerate() {
+            let number = 32550 + 10 * index;
+            let value = short(value * per_second, 4);
+            all.push((number, names[index], value, rise, meanings[index]));
+        }
+    }
+    let time = short(pulse.time_ms * 1e-3, 4);
+    let meaning = "time constant of the pulse";
+    all.push((32540, "FRICT_COMP_TIME", time, "s", meaning));
+    all.sort_by_key(|row| row.0);
+    for (number, name, value, unit, meaning) in all {
+        let index = if matches!(number, 32490 | 32500 | 32510) {
+            ""
+        } else {
+            "0,"
+        };
+        p.line(format!("N{number} $MA_{name}[{index}{ax}]={value}"));
+        p.set(
+            format!("MD{number} {name}"),
+            &axis.name,
+            value,
+            unit,
+            meaning,
+        );
+    }
 }
 
 fn heidenhain(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
@@ -492,7 +527,7 @@ fn mach3(p: &mut Parameters, axes: &[ToldAxis]) {
             "one for all axes; the acceleration is ignored",
         );
     }
-    p.note("what Mach3 does is known from secondary sources; it switches constant velocity off, so that the program stops at every corner: not simulated");
+    p.note("what Mach3 does is known from secondary sources; it switches constant velocity off, so that the path stops at the end of every move");
 }
 
 fn grblhal(p: &mut Parameters, axes: &[ToldAxis]) {
@@ -509,7 +544,7 @@ fn grblhal(p: &mut Parameters, axes: &[ToldAxis]) {
         );
     }
     p.needs("the firmware is built with backlash compensation, a compile-time option; uCNC and grbl forks number these settings otherwise");
-    p.note("a rapid of the gap's length is put before the move, so the path stops at every reversal; these stops are not simulated. Told too much it cuts with a rapid: small end mills break (issue 751)");
+    p.note("a rapid of the gap's length is put before the move, so the path stops at every reversal. Told too much it cuts with a rapid: small end mills break (issue 751)");
 }
 
 /// ` X0.010 Y0.012`.

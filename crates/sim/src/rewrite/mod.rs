@@ -21,19 +21,18 @@ mod writer;
 
 use crate::error::SimError;
 use crate::machine::Machine;
-use crate::motion::ProgrammedMove;
+use crate::motion::{ProgrammedMove, reversals};
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::recommend::{uncertainty, with_gap_times};
 use crate::results::HARM_UM;
 use crate::simulation::Simulation;
 use judge::judge;
+use lostmotion_base::AxisId;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_base::{AxisId, math};
 use lostmotion_methods::USUAL_SHARE;
 use lostmotion_path::Curve;
 use results::{Leaves, LeavesWith, Rewritten};
-use std::f64::consts::{FRAC_PI_2, TAU};
 use text::{Line, lines, refuse};
 use writer::{LETTERS, new_text};
 
@@ -364,30 +363,7 @@ fn stretches(step: &Original) -> Result<Vec<Stretch>, RewriteError> {
         if (arc.end_radius() - arc.start_radius()).abs() > SPIRAL_MM {
             return Err(refuse(step.line, "spirals are not rewritten"));
         }
-        let [first, second, _] = curve.plane().axes();
-        let (start, tangent) = (curve.start().linear(), curve.tangent(0.0));
-        let from = [
-            start[first] - arc.center()[0],
-            start[second] - arc.center()[1],
-        ];
-        let turns = (from[0] * tangent[second] - from[1] * tangent[first]).signum();
-        let flat = (length * length - arc.lift() * arc.lift()).max(0.0).sqrt();
-        let sweep = flat / arc.start_radius();
-        // Quarters that the radius passes, from the start on in the sense of the arc.
-        let angle = turns * math::atan2(from[1], from[0]);
-        let mut quarter = (angle / FRAC_PI_2).floor() + 1.0;
-        while quarter * FRAC_PI_2 - angle < sweep {
-            let part = (quarter * FRAC_PI_2 - angle) / sweep;
-            // Ends that lie on a quarter but for rounding are no cuts.
-            let at = part * length;
-            if at > 10.0 * ROUNDING_MM && length - at > 10.0 * ROUNDING_MM {
-                cuts.push(at);
-            }
-            quarter += 1.0;
-            if cuts.len() > (sweep / TAU * 4.0) as usize + 8 {
-                break;
-            }
-        }
+        cuts.extend(reversals(curve));
     }
     cuts.push(length);
     Ok(cuts

@@ -313,7 +313,8 @@ fn grbl_is_a_stepper_unless_a_machine_is_named() {
         0.04
     ));
     assert_eq!(fate(&told, "$100"), Fate::Ignored);
-    assert!(guesses(&told).is_empty());
+    // Nothing of steppers; of Z, which every grbl has, and of where zero lies nothing is told.
+    assert_eq!(guesses(&told), ["$22", "axis Z"]);
 }
 
 const STEPGEN: &str = "[EMC]\nMACHINE = Router\n[KINS]\nKINEMATICS = trivkins coordinates=XZ\n[TRAJ]\nLINEAR_UNITS = inch\n[EMCMOT]\nSERVO_PERIOD = 500000\n[RS274NGC]\nPARAMETER_FILE = linuxcnc.var\nRS274NGC_STARTUP_CODE = G21 G40 G64 P0.02\n[EMCIO]\nTOOL_TABLE = tool.tbl\n[JOINT_0]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2\nMAX_ACCELERATION = 20\nSTEPGEN_MAXACCEL = 22\nSTEP_SCALE = -5080\nBACKLASH = 0.002\n[JOINT_1]\nMIN_LIMIT = -5\nMAX_LIMIT = 5\nMAX_VELOCITY = 1\nMAX_ACCELERATION = 10\nENCODER_SCALE = 20000\nCOMP_FILE = screw.comp\nCOMP_FILE_TYPE = 1\n";

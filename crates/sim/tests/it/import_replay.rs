@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::path::Path;
 
 /// The texts of a target.
-fn corpus(name: &str) -> Vec<String> {
+pub(crate) fn corpus(name: &str) -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     let folder = folder.join(format!("import_{name}"));
     let files = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{name}: {error}"));

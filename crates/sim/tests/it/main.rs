@@ -18,6 +18,7 @@ mod gap_theorem;
 mod import;
 mod import_checks;
 mod import_controls;
+mod import_damage;
 mod import_kinematics;
 mod import_replay;
 mod interventions;

@@ -117,6 +117,28 @@ fn units_and_signs_are_those_of_the_control() {
     }
 }
 
+/// GRBL-Advanced issue 30, grblHAL issue 751: a control that takes the gap up by a move of its own
+/// stops the circle at each quadrant; Mach3 stops at the end of each move.
+#[test]
+fn controls_that_stop_to_compensate_take_longer() {
+    for (control, place) in [
+        (Control::GrblHal, "where an axis reverses"),
+        (Control::Mach3, "at the end of every move"),
+    ] {
+        let answer = settings(control, &RecommendOptions::default());
+        let note = answer.notes.iter().find(|note| note.contains(place));
+        let note = note.unwrap_or_else(|| panic!("{:?}", answer.notes));
+        let numbers: Vec<f64> = note
+            .split(|c: char| !c.is_ascii_digit() && c != '.')
+            .filter_map(|text| text.parse().ok())
+            .collect();
+        let [with, without] = numbers[..] else {
+            panic!("{note}")
+        };
+        assert!(with > without, "{note}");
+    }
+}
+
 /// GRBL-Advanced issue 30: an inserted move at each quadrant stops the circle there. On a circle of
 /// three feeds four take-ups a turn, and time that they cost.
 #[test]
