@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from types import ModuleType
 
 __all__ = ["JobError", "lostmotion"]
+
+FOLDER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+"""The add-on's own folder, which FreeCAD looks into for packages, whatever else it does."""
 
 NEEDED = (0, 1)
 """The first release of the Python package that has all that the add-on uses."""
@@ -26,11 +30,10 @@ def lostmotion() -> ModuleType:
 
     Raises `JobError` where it is missing, cannot be loaded, or is too old.
     """
-    python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
     hint = (
-        "Build its wheel in a clone of lostmotion with `pip wheel --no-deps .`, and install it for "
-        f"FreeCAD's {python}: `pip install --target FOLDER lostmotion-*.whl`, where FOLDER is one of\n"
-        + "\n".join(f"  {folder}" for folder in sys.path if "site-packages" in folder or "Packages" in folder)
+        "Build its wheel in a clone of lostmotion, `pip wheel --no-deps .`, and install it for FreeCAD's "
+        f"Python, {sys.version_info.major}.{sys.version_info.minor}: "
+        f'`pip install --no-deps --target "{FOLDER}" lostmotion-*.whl`; then start FreeCAD again.'
     )
     try:
         module = importlib.import_module("lostmotion")
