@@ -13,6 +13,7 @@ import FreeCADGui
 from PySide import QtCore, QtGui
 
 ROOM = Path(os.environ["ROOM"])
+TOLERANCE_UM = 45.0
 
 
 def settle(seconds: float = 0.5) -> None:
@@ -34,7 +35,8 @@ def main() -> None:
     window.resize(1180, 860)
     document = FreeCAD.openDocument(str(ROOM / "checked.FCStd"))
     (path,) = [found for found in document.Objects if hasattr(found, "ErrorsUm")]
-    # Made without a window, it has its colours here.
+    # Made without a window, it is shown here, with its colours.
+    assert path.ViewObject.Visibility and path.ViewObject.LineWidth == 4.0
     colours = [tuple(round(part, 2) for part in one[:3]) for one in path.ViewObject.LineColorArray]
     wanted = [shown.colour(error, path.ToleranceUm) for error in path.ErrorsUm]
     assert colours == [tuple(round(part, 2) for part in one) for one in wanted], colours[:3]
@@ -47,7 +49,7 @@ def main() -> None:
     FreeCADGui.Control.showDialog(panel)
     panel.machine.setEditText("vmc3-worn")
     panel.method.setCurrentIndex(panel.method.findData("none"))
-    panel.tolerance.setValue(12.0)
+    panel.tolerance.setValue(TOLERANCE_UM)
     panel.run_button.click()
     settle()
     result = panel.result
@@ -65,6 +67,14 @@ def main() -> None:
     document.getObject("Part").ViewObject.Transparency = 70
     view = FreeCADGui.activeDocument().activeView()
     view.viewIsometric()
+    FreeCADGui.SendMsgToActiveView("ViewFit")
+    settle(1.0)
+    # The panel needs some width.
+    for dock in window.findChildren(QtGui.QDockWidget):
+        if dock.objectName() == "Combo View":
+            window.resizeDocks([dock], [560], QtCore.Qt.Horizontal)
+        elif dock.objectName() in {"Report view", "Python console"}:
+            dock.hide()
     FreeCADGui.SendMsgToActiveView("ViewFit")
     settle(1.0)
     view.saveImage(str(ROOM / "path.png"), 900, 640, "White")

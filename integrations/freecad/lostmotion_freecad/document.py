@@ -288,8 +288,12 @@ def attach_view(path: Any) -> None:
     view = getattr(path, "ViewObject", None)
     if not FreeCAD.GuiUp or view is None:
         return
-    ViewProxy(view)
-    view.LineWidth = 4.0
+    if not isinstance(view.Proxy, ViewProxy):
+        # Made without a window, or just now: later on it is hidden where the user has hidden it.
+        ViewProxy(view)
+        view.DisplayMode = "Wireframe"
+        view.LineWidth = 4.0
+        view.Visibility = True
     view.LineColorArray = [colour(error, path.ToleranceUm) for error in path.ErrorsUm]
 
 

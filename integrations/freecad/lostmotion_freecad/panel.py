@@ -20,8 +20,8 @@ __all__ = ["CheckJob", "Panel"]
 SETTINGS = "User parameter:BaseApp/Preferences/Mod/lostmotion"
 """Where the last choice is kept."""
 
-SHOWN = (0, 1, 2, 4, 8)
-"""Columns of the table that fit into a panel: operation, command, G-code, error, cause."""
+SHOWN = (0, 1, 4, 8, 2)
+"""Columns of the table that fit into a panel: operation, command, error, cause, G-code."""
 
 MACHINES = "Machines (*.toml *.fcm *.ini);;All files (*)"
 
