@@ -28,6 +28,7 @@ It needs the Python package ``lostmotion``, and nothing of a running LinuxCNC bu
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import shutil
 import sys
@@ -79,12 +80,18 @@ def parser() -> argparse.ArgumentParser:
         "are used where an option is left out.",
     )
     options.add_argument("program", help="part program")
-    options.add_argument("--ini", help="LinuxCNC's INI file; that of the running LinuxCNC (INI_FILE_NAME) if left out")
-    options.add_argument("--machine", help="machine file (.toml) or preset in place of the INI file's machine")
+    options.add_argument(
+        "--ini", help="LinuxCNC's INI file; that of the running LinuxCNC (INI_FILE_NAME) if left out"
+    )
+    options.add_argument(
+        "--machine", help="machine file (.toml) or preset in place of the INI file's machine"
+    )
     options.add_argument("--method", help="compensation method; that of the machine if left out")
     options.add_argument("--tolerance", type=float, metavar="UM", help="tolerance of the contour error, um")
     options.add_argument(
-        "--on-violation", choices=ON_VIOLATION, help="load a program out of tolerance, or do not; warn if left out"
+        "--on-violation",
+        choices=ON_VIOLATION,
+        help="load a program out of tolerance, or do not; warn if left out",
     )
     options.add_argument("--filter", action="store_true", help="print the program, and progress for LinuxCNC")
     return options
@@ -267,28 +274,34 @@ def report(run: Any, told: str) -> str:
     result = run.results[0]
     tolerance_um = run.data.tolerance_um
     verdict = "within" if run.within_tolerance else "OUT OF"
-    lines = [
+    answer = (
         f"lostmotion: {verdict} tolerance: {result.cutting.max:.1f} um at most, {tolerance_um:g} um allowed "
-        f"(method {result.method}, {run.plan.duration_s:.1f} s)",
-        told,
-    ]
+        f"(method {result.method}, {run.plan.duration_s:.1f} s)"
+    )
+    lines = [answer, told]
     if result.stop is not None:
         lines.append(
             f"the control stops: axis {result.stop.axis}, {result.stop.limit}, after {result.stop.time_s:.3f} s"
         )
     for block in result.worst_blocks:
         if not block.rapid and abs(block.max_um) > tolerance_um:
-            lines.append(f"  line {block.block.span.line}: {block.max_um:+.1f} um, {block.cause}: {block.text}")
+            lines.append(
+                f"  line {block.block.span.line}: {block.max_um:+.1f} um, {block.cause}: {block.text}"
+            )
     return "\n".join(lines)
 
 
 def notify(text: str) -> bool:
     """Shows a text in the running user interface, where there is one."""
+    if not os.environ.get("INI_FILE_NAME"):
+        return False  # its messages go nowhere, without an error
     try:
-        import linuxcnc
-
+        linuxcnc = importlib.import_module("linuxcnc")
+    except ImportError:
+        return False
+    try:
         linuxcnc.command().display_msg(text)
-    except Exception:  # the module is LinuxCNC's, and says "no NML channel" in exceptions of its own
+    except linuxcnc.error:  # it is not running
         return False
     return True
 

@@ -22,9 +22,9 @@ ROOM = Path(os.environ["ROOM"])
 TOLERANCE_UM = 45.0
 COMMAND = os.environ["LOSTMOTION"]
 
-from lostmotion_freecad import JobError, check_job, program_of  # noqa: E402
-from lostmotion_freecad import document as shown  # noqa: E402
-from lostmotion_freecad.check import COLUMNS  # noqa: E402
+from lostmotion_freecad import JobError, check_job, program_of
+from lostmotion_freecad import document as shown
+from lostmotion_freecad.check import COLUMNS
 
 
 def say(text: str) -> None:
@@ -202,7 +202,7 @@ def main() -> None:
 
 try:
     main()
-except BaseException:
+except BaseException:  # noqa: BLE001 - whatever it is, it is told and ends the program
     traceback.print_exc()
     sys.stdout.flush()
     os._exit(1)

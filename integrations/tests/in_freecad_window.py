@@ -42,7 +42,11 @@ def main() -> None:
     assert colours == [tuple(round(part, 2) for part in one) for one in wanted], colours[:3]
     FreeCADGui.runCommand(CheckJob.NAME)
     settle()
-    dialogs = [found for found in window.findChildren(QtGui.QWidget) if found.windowTitle().startswith("Contour error of")]
+    dialogs = [
+        found
+        for found in window.findChildren(QtGui.QWidget)
+        if found.windowTitle().startswith("Contour error of")
+    ]
     assert dialogs, "the command has opened no panel"
     FreeCADGui.Control.closeDialog()
     panel = Panel(shown.job_of(document, []))
@@ -62,7 +66,11 @@ def main() -> None:
     assert selected.SubElementNames == (shown.edge_name(path, result.outside[0]),)
     FreeCADGui.Selection.clearSelection()
     for found in document.Objects:
-        if found.ViewObject is not None and found.Name != path.Name and hasattr(found.ViewObject, "Visibility"):
+        if (
+            found.ViewObject is not None
+            and found.Name != path.Name
+            and hasattr(found.ViewObject, "Visibility")
+        ):
             found.ViewObject.Visibility = found.Name == "Part"
     document.getObject("Part").ViewObject.Transparency = 70
     view = FreeCADGui.activeDocument().activeView()
@@ -89,7 +97,7 @@ def main() -> None:
 
 try:
     main()
-except BaseException:
+except BaseException:  # noqa: BLE001 - whatever it is, it is told and ends the program
     traceback.print_exc()
     sys.stdout.flush()
     os._exit(1)

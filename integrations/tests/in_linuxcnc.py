@@ -80,6 +80,6 @@ def main() -> None:
 
 try:
     main()
-except BaseException:
+except BaseException:  # noqa: BLE001 - whatever it is, it is told and ends the program
     traceback.print_exc()
     sys.exit(1)

@@ -142,9 +142,7 @@ def test_blocks_are_those_of_the_library() -> None:
     program = program_of(job_of(operation("Profile", *CIRCLE)))
     told: list[float] = []
     result = check(program, machine_of("vmc3-worn"), "none", 20.0, told.append)
-    run = lostmotion.simulate(
-        lostmotion.Program(program.text), "vmc3-worn", method="none", tolerance_um=20.0
-    )
+    run = lostmotion.simulate(lostmotion.Program(program.text), "vmc3-worn", method="none", tolerance_um=20.0)
     lines = run.blocks["line"].tolist()
     # Each line that cuts makes one block here.
     assert [block.line for block in result.blocks] == [
@@ -152,7 +150,11 @@ def test_blocks_are_those_of_the_library() -> None:
     ]
     for block in result.blocks:
         row = run.blocks.row(lines.index(block.line))
-        assert (block.error_um, block.backlash_um, block.cause) == (row["max_um"], row["backlash_um"], row["cause"])
+        assert (block.error_um, block.backlash_um, block.cause) == (
+            row["max_um"],
+            row["backlash_um"],
+            row["cause"],
+        )
         assert block.operation == "Profile" and program.lines[block.line - 1] == block.text
         assert block.command == CIRCLE.index(CIRCLE[block.command])
     assert result.max_um == run.results[0].cutting.max == max(abs(block.error_um) for block in result.blocks)
@@ -191,7 +193,9 @@ def fcm(name: str, joint: object) -> str:
         "max_velocity": 9000,
     }
     axes = {letter: axis for letter in "XYZ"}
-    return json.dumps({"freecad_version": "1.2.0", "machine": {"name": name, "axes": axes, "units": "metric"}})
+    return json.dumps(
+        {"freecad_version": "1.2.0", "machine": {"name": name, "axes": axes, "units": "metric"}}
+    )
 
 
 @pytest.mark.parametrize("joint", [[[0, 0, 0], [1, 0, 0]], {"origin": [0, 0, 0], "axis": [1, 0, 0]}])
@@ -238,7 +242,7 @@ def test_the_package_may_be_missing_or_old(monkeypatch: pytest.MonkeyPatch) -> N
     def missing(name: str) -> Any:
         raise ImportError(f"No module named '{name}'")
 
-    monkeypatch.setattr(errors.importlib, "import_module", missing)
+    monkeypatch.setattr("importlib.import_module", missing)
     with pytest.raises(JobError, match="cannot be loaded") as refused:
         machine_of("vmc3")
     assert "pip install" in refused.value.hint

@@ -65,7 +65,11 @@ def run(room: Path, *arguments: str, **environment: str) -> tuple[int, bytes, st
 
 def test_as_a_command(room: Path) -> None:
     code, out, _ = run(room, "part.ngc", "--ini", "mill.ini", "--method", "none", "--tolerance", "500")
-    assert code == 0 and out.startswith(b"lostmotion: within tolerance") and b"machine of mill.ini (--ini)" in out
+    assert (
+        code == 0
+        and out.startswith(b"lostmotion: within tolerance")
+        and b"machine of mill.ini (--ini)" in out
+    )
     code, out, _ = run(room, "part.ngc", "--ini", "mill.ini", "--method", "none", "--tolerance", "0.5")
     assert code == 1 and b"OUT OF tolerance" in out
     # The figures are the library's.
@@ -100,7 +104,10 @@ def test_a_machine_of_its_own(room: Path) -> None:
     (room / "mill.ini").write_text(INI + "[LOSTMOTION]\nMACHINE = own.toml\nMETHOD = none\n")
     code, out, _ = run(room.parent, str(room / "part.ngc"), "--ini", str(room / "mill.ini"))
     own = lostmotion.simulate(room / "part.ngc", machine, method="none")
-    assert code == int(not own.within_tolerance) and f"{own.results[0].cutting.max:.1f} um at most" in out.decode()
+    assert (
+        code == int(not own.within_tolerance)
+        and f"{own.results[0].cutting.max:.1f} um at most" in out.decode()
+    )
     code, out, _ = run(room, "part.ngc", "--machine", "vmc3")
     assert b"preset vmc3" in out
     settings = lostmotion_check.settings_of(["part.ngc", "--ini", str(room / "mill.ini")], {})

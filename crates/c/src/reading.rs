@@ -7,6 +7,7 @@ use crate::handle::{change, free, insert, look, opaque};
 use crate::machine::{LmMachine, maybe_machine};
 use crate::program::LmProgram;
 use crate::text::{LmFindings, LmText, findings, text_of};
+use lostmotion::report::json;
 use lostmotion::report::reading::{
     Style, explained, formatted, found_in, levels_of, reader_of, resolved,
 };
@@ -274,7 +275,9 @@ pub unsafe extern "C" fn lm_program_explain_json(
         let text = look(program, |part| {
             let reading = part.reading(settings)?;
             let told = explained(&part.program, &reading, machine.as_ref(), line)?;
-            serde_json::to_string(&told).map_err(|error| Failure::internal(error.to_string()))
+            let mut text = Vec::new();
+            json::write(&mut text, &told).map_err(|error| Failure::internal(error.to_string()))?;
+            Ok(String::from_utf8_lossy(&text).into_owned())
         })?;
         room.write(text_of(&text)?);
         Ok(())

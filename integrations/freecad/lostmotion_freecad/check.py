@@ -174,7 +174,9 @@ def result_of(run: Any, program: JobProgram, taken: Taken) -> Result:
     table = {name: run.blocks[name].tolist() for name in BLOCK_COLUMNS}
     # A line may make several moves, such as a cycle of drilling: the worst of them counts.
     worst: dict[int, int] = {}
-    for row, (line, rapid, error) in enumerate(zip(table["line"], table["rapid"], table["max_um"], strict=True)):
+    for row, (line, rapid, error) in enumerate(
+        zip(table["line"], table["rapid"], table["max_um"], strict=True)
+    ):
         if rapid or program.origin(line) is None:
             continue
         if line not in worst or abs(error) > abs(table["max_um"][worst[line]]):

@@ -265,7 +265,9 @@ def fill(sheet: Any, result: Result) -> None:
     outside = result.outside
     sheet.set("A1", result.summary)
     shown = outside[:MAX_ROWS]
-    sheet.set("A2", f"The {len(shown)} worst of {len(outside)} are listed." if len(shown) < len(outside) else "")
+    sheet.set(
+        "A2", f"The {len(shown)} worst of {len(outside)} are listed." if len(shown) < len(outside) else ""
+    )
     head = 4
     for place, name in enumerate(COLUMNS):
         sheet.set(cell(place, head), name)

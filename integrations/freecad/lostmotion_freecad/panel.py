@@ -36,9 +36,7 @@ class CheckJob:
         return {
             "MenuText": "Contour error of a job",
             "ToolTip": "Simulates a CAM job on your machine, and shows the blocks that are out of tolerance",
-            "Pixmap": os.path.join(
-                os.path.dirname(os.path.dirname(__file__)), "Resources", "lostmotion.svg"
-            ),
+            "Pixmap": os.path.join(os.path.dirname(os.path.dirname(__file__)), "Resources", "lostmotion.svg"),
         }
 
     def IsActive(self) -> bool:
@@ -172,9 +170,7 @@ class Panel:
             program = program_of(self.job, self.preamble.text())
             self.taken = machine_of(self.machine.currentText())
             method = self.method.itemData(self.method.currentIndex()) or ""
-            self.result = check(
-                program, self.taken, method, self.tolerance.value() or None, self.progress
-            )
+            self.result = check(program, self.taken, method, self.tolerance.value() or None, self.progress)
             self.path = document.show(self.job, program, self.result)
             self.tell(self.result)
             self.remember()
