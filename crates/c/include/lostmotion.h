@@ -626,11 +626,11 @@ typedef struct LmOperation {
    */
   const char *text;
   /**
-   * Line, from 1.
+   * Line, from 1; 0 for what holds before the first block.
    */
   uint32_t line;
   /**
-   * Column in bytes, from 1.
+   * Column in bytes, from 1; 0 for what holds before the first block.
    */
   uint32_t column;
   /**

@@ -41,7 +41,7 @@ export interface Reading {
 export interface Operation {
   /** `STRAIGHT_FEED(10.0000, ...)`. */
   text: string;
-  /** Line and column in bytes, from 1. */
+  /** Line and column in bytes, from 1; 0 for what holds before the first block. */
   line: number;
   column: number;
   /** 0 for the program, n for the nth file of subroutines. */

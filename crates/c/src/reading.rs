@@ -39,9 +39,9 @@ pub struct Reading {
 pub struct LmOperation {
     /// The operation: `STRAIGHT_FEED(10.0000, ...)`.
     pub text: *const c_char,
-    /// Line, from 1.
+    /// Line, from 1; 0 for what holds before the first block.
     pub line: u32,
-    /// Column in bytes, from 1.
+    /// Column in bytes, from 1; 0 for what holds before the first block.
     pub column: u32,
     /// 0 for the program, n for the nth file of subroutines.
     pub file: u32,

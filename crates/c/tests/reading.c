@@ -78,6 +78,7 @@ static void program(char **paths)
     LmFinding finding;
     LmText *text = NULL;
     size_t count = 0, all = 0;
+    uint32_t last = 0;
     static const char code[] = "G21 G90\nG1 Z-\nM2\n";
     OK(lm_program_from_file(paths[1], &part));
     OK(lm_program_from_text("wrong.ngc", code, sizeof code - 1, &wrong));
@@ -91,11 +92,14 @@ static void program(char **paths)
             break;
         size_t length = strlen(operation.text);
         THAT(strncmp(at, operation.text, length) == 0 && at[length] == '\n');
-        THAT(operation.line > 0 && operation.column > 0 && operation.file == 0);
+        /* what holds before the first block has no place */
+        THAT((operation.line > 0 || last == 0) && operation.line >= last);
+        THAT((operation.line > 0) == (operation.column > 0) && operation.file == 0);
+        last = operation.line;
         at += length + 1;
         count++;
     }
-    THAT(*at == 0 && count > 3);
+    THAT(*at == 0 && count > 3 && last > 3);
     /* the end stays the end */
     OK(lm_operations_next(operations, &operation));
     THAT(!operation.text);
