@@ -182,7 +182,7 @@ def number_of(text: str, key: str) -> float:
 def package() -> Any:
     """The Python package. Raises `CheckError` where it is missing or too old."""
     python = sys.executable or "python3"
-    hint = f"Build its wheel in a clone of lostmotion, `pip wheel --no-deps .`, and install it: `{python} -m pip install lostmotion-*.whl`."
+    hint = f"Build its wheel in a clone of lostmotion, `pip wheel --no-deps .`, and install it: `{python} -m pip install lostmotion*.whl`."
     try:
         import lostmotion
     except ImportError as error:

@@ -36,8 +36,9 @@ assert(operations.every(({ line, column, file }) => line > 0 === column > 0 && f
 assert(operations.at(-1).line > 3);
 assert.equal(lostmotion.format(program, { case: "lower", indent: 4 }), await readFile(formatted, "utf8"));
 assert.deepEqual(lostmotion.findings({ program, machine }), []);
-const [found] = lostmotion.findings({ program: "G21\nG1 Z-\n" });
-assert.deepEqual([found.code, found.line, found.column, found.isError], ["missing-number", 2, 4, true]);
+const [found] = lostmotion.findings({ program: "G21\nG1 Z-\nM2\n" });
+assert.deepEqual([found.code, found.line, found.column, found.isError], ["missing-number", 2, 6, true]);
+assert(found.message.length > 0 && found.excerpt === "G1 Z-" && found.file === "program");
 const loud = { program: "G21 G90\nG1 X10 F100\nM2\n", lints: true };
 const quiet = lostmotion.findings({ ...loud, levels: { all: "allow" } });
 assert.deepEqual(quiet, []);
@@ -45,7 +46,7 @@ assert(lostmotion.findings(loud).length >= quiet.length);
 assert.equal(lostmotion.explain({ program, line: 1 }).line, 1);
 assert.match(lostmotion.resolved({ program: "G21 G90\n#1 = 4\nG1 X[#1 * 5] F600\nM2\n" }), /X20/);
 const thrown = (work, code) =>
-  assert.throws(work, (error) => error instanceof LostmotionError && error.code === code && error.findings);
+  assert.throws(work, (error) => error instanceof LostmotionError && error.code === code && Array.isArray(error.findings));
 thrown(() => lostmotion.operations({ program: "G21\nG1 Z-\n" }), "missing-number");
 thrown(() => lostmotion.format(program, { case: "loud" }), "option");
 thrown(() => lostmotion.findings({ program, levels: { nome: "warn" } }), "option");

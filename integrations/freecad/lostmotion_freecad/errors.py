@@ -33,7 +33,7 @@ def lostmotion() -> ModuleType:
     hint = (
         "Build its wheel in a clone of lostmotion, `pip wheel --no-deps .`, and install it for FreeCAD's "
         f"Python, {sys.version_info.major}.{sys.version_info.minor}: "
-        f'`pip install --no-deps --target "{FOLDER}" lostmotion-*.whl`; then start FreeCAD again.'
+        f'`pip install --no-deps --target "{FOLDER}" lostmotion*.whl`; then start FreeCAD again.'
     )
     try:
         module = importlib.import_module("lostmotion")
