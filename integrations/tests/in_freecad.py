@@ -155,6 +155,14 @@ def main() -> None:
     objects = len(document.Objects)
     compare(job, "vmc3", "fixed")
     assert len(document.Objects) == objects, "a second run takes the place of the first"
+    # Of very many blocks the worst are drawn.
+    most, shown.MAX_EDGES = shown.MAX_EDGES, 10
+    result = check_job(job, "vmc3", method="none")
+    (path,) = [found for found in document.Objects if hasattr(found, "ErrorsUm")]
+    worst = sorted((abs(block.error_um) for block in result.blocks), reverse=True)[:10]
+    assert sorted(map(abs, path.ErrorsUm), reverse=True) == worst and len(path.Shape.Edges) == 10
+    assert "the worst 10 are drawn" in path.Remarks[-1]
+    shown.MAX_EDGES = most
     # A machine as FreeCAD has it.
     axes = {
         letter: {

@@ -21,7 +21,10 @@ PATH = "ContourError"
 SHEET = "ContourErrorTable"
 
 MAX_ROWS = 1000
-"""Most blocks in the spreadsheet: a sheet takes about a millisecond for each cell."""
+"""Most blocks in the spreadsheet and the panel: more than anyone reads."""
+
+MAX_EDGES = 200_000
+"""Most blocks that are drawn: an edge takes some 50 us to be made and shown."""
 
 Colour = tuple[float, float, float]
 
@@ -203,7 +206,11 @@ def path_and_sheet(document: Any, job: Any) -> tuple[Any, Any]:
 
 def draw(path: Any, job: Any, program: JobProgram, result: Result) -> None:
     """The path, an edge for each move that was judged."""
-    errors = {block.line: block.error_um for block in result.blocks}
+    blocks = result.blocks
+    if len(blocks) > MAX_EDGES:
+        blocks = sorted(blocks, key=lambda block: -abs(block.error_um))[:MAX_EDGES]
+        result.remarks.append(f"Of {len(result.blocks)} blocks the worst {MAX_EDGES} are drawn.")
+    errors = {block.line: block.error_um for block in blocks}
     edges, lines = [], []
     for move in program.moves:
         if move.line not in errors:

@@ -134,7 +134,9 @@ class Panel:
 
     def getStandardButtons(self) -> int:
         """A button to close."""
-        return int(QtGui.QDialogButtonBox.Close)
+        close = QtGui.QDialogButtonBox.Close
+        # A number of Qt 5, a flag with a number of Qt 6.
+        return int(getattr(close, "value", close))
 
     def reject(self) -> bool:
         """Closes the panel, and ends a run."""
