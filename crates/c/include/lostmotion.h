@@ -114,6 +114,11 @@ typedef struct LmFindings LmFindings;
 typedef struct LmMachine LmMachine;
 
 /**
+ * The canonical operations of a program, made as they are asked for.
+ */
+typedef struct LmOperations LmOperations;
+
+/**
  * A part program: a text, or a file that is read where it stands.
  */
 typedef struct LmProgram LmProgram;
@@ -576,6 +581,63 @@ typedef struct LmFit {
    */
   bool excited;
 } LmFit;
+
+/**
+ * A log of an axis and of what drives it: columns of equal length, positions in its unit at the load.
+ */
+typedef struct LmBodyLog {
+  /**
+   * Unit of the positions: "mm", "deg" or "rad".
+   */
+  const char *unit;
+  /**
+   * Rows.
+   */
+  size_t count;
+  /**
+   * Times, s.
+   */
+  const double *time_s;
+  /**
+   * Motor.
+   */
+  const double *motor;
+  /**
+   * Load; null where it was not logged.
+   */
+  const double *load;
+  /**
+   * Commanded position; null where it was not logged.
+   */
+  const double *command;
+  /**
+   * What drives the axis, force, torque, current or voltage in any unit; null where it was not
+   * logged.
+   */
+  const double *drive;
+} LmBodyLog;
+
+/**
+ * A canonical operation, and the block that it comes from.
+ */
+typedef struct LmOperation {
+  /**
+   * The operation: `STRAIGHT_FEED(10.0000, ...)`.
+   */
+  const char *text;
+  /**
+   * Line, from 1; 0 for what holds before the first block.
+   */
+  uint32_t line;
+  /**
+   * Column in bytes, from 1; 0 for what holds before the first block.
+   */
+  uint32_t column;
+  /**
+   * 0 for the program, n for the nth file of subroutines.
+   */
+  uint32_t file;
+} LmOperation;
 
 /**
  * Distribution of an error's magnitude, um.
@@ -1194,6 +1256,20 @@ enum LmStatus lm_fit(const struct LmLog *log,
                      struct LmText **document);
 
 /**
+ * Finds what a log tells of an axis as one body: inertia, friction, gains of the servo, how position
+ * is lost after a reversal. `document` becomes a JSON object of what was found, in m or rad and the
+ * log's unit of what drives the axis; `untold` in it says what is not told, and why.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `log` is null or a log whose columns are null or have `count` numbers; `document` is null or has
+ * room.
+ */
+enum LmStatus lm_identify(const struct LmBodyLog *log,
+                          struct LmText **document);
+
+/**
  * A machine that comes with the library: "vmc3", "vmc3-worn", "bench3" and others.
  *
  * Threads: any. Real time: no.
@@ -1203,6 +1279,19 @@ enum LmStatus lm_fit(const struct LmLog *log,
  */
 enum LmStatus lm_machine_preset(const char *name,
                                 struct LmMachine **machine);
+
+/**
+ * Name of a machine that comes with the library, and a line about it for people, by its number from
+ * 0; `LM_STATUS_SIZE` behind the last one. The texts are constant.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `name` and `summary` are null or have room.
+ */
+enum LmStatus lm_preset(size_t index,
+                        const char **name,
+                        const char **summary);
 
 /**
  * A machine from the text of a machine file; `name` is for messages.
@@ -1301,6 +1390,28 @@ enum LmStatus lm_machine_toml(const struct LmMachine *machine,
                               struct LmText **text);
 
 /**
+ * The machine as a JSON object with the keys of machine files, which `lm_machine_from_json` takes.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `document` is null or has room.
+ */
+enum LmStatus lm_machine_json(const struct LmMachine *machine,
+                              struct LmText **document);
+
+/**
+ * What a commissioning engineer would object to, a line each; empty where there is nothing.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `remarks` is null or has room.
+ */
+enum LmStatus lm_machine_remarks(const struct LmMachine *machine,
+                                 struct LmText **remarks);
+
+/**
  * A number of the machine's file, by its key: "axis.x.load.slide.gap_um".
  *
  * Threads: any. Real time: no.
@@ -1392,6 +1503,100 @@ enum LmStatus lm_program_explain(const struct LmProgram *program,
  */
 enum LmStatus lm_program_format(const struct LmProgram *program,
                                 struct LmText **formatted);
+
+/**
+ * What interpreter and lints find in a program, in the order of its text. `levels` is a JSON object of
+ * levels ("allow", "warn", "deny") by the code of a lint, for example {"all": "deny"}; null for the
+ * usual ones. `machine` and `settings` as for `lm_program_findings`.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `settings` and `levels` are null or end with a zero; `found` is null or has room.
+ */
+enum LmStatus lm_program_lint(const struct LmProgram *program,
+                              const struct LmMachine *machine,
+                              const char *settings,
+                              const char *levels,
+                              struct LmFindings **found);
+
+/**
+ * Starts to read a program's canonical operations, which `lm_operations_next` gives. `machine` and
+ * `settings` as for `lm_program_findings`.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `settings` is null or ends with a zero; `operations` is null or has room.
+ */
+enum LmStatus lm_program_operations(const struct LmProgram *program,
+                                    const struct LmMachine *machine,
+                                    const char *settings,
+                                    struct LmOperations **operations);
+
+/**
+ * The next operation. Its text is valid until the next call with these operations; null at the end.
+ * Where there was something wrong on the way, the end is answered with `LM_STATUS_PROGRAM`.
+ *
+ * Threads: one at a time. Real time: no.
+ *
+ * # Safety
+ * `operation` is null or has room.
+ */
+enum LmStatus lm_operations_next(struct LmOperations *operations,
+                                 struct LmOperation *operation);
+
+/**
+ * Frees operations; nothing for a null.
+ *
+ * Threads: any, when no other uses it. Real time: no.
+ */
+enum LmStatus lm_operations_free(struct LmOperations *operations);
+
+/**
+ * The program in a style of one's own: `style` is a JSON object with "case" ("upper", "lower",
+ * "keep"), "indent" (blanks for each level of O-words) and "line_numbers" ("keep", "remove", or the
+ * step of new ones as a text); what is left out is as in `lm_program_format`.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `style` is null or ends with a zero; `formatted_text` is null or has room.
+ */
+enum LmStatus lm_program_format_as(const struct LmProgram *program,
+                                   const char *style,
+                                   struct LmText **formatted_text);
+
+/**
+ * The program with everything computed: no parameters, loops, calls, cycles, offsets. `system` is the
+ * work coordinate system of the coordinates, 1 for G54 to 9 for G59.3; `machine` and `settings` as for
+ * `lm_program_findings`.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `settings` is null or ends with a zero; `resolved_text` is null or has room.
+ */
+enum LmStatus lm_program_resolved(const struct LmProgram *program,
+                                  const struct LmMachine *machine,
+                                  const char *settings,
+                                  uint8_t system,
+                                  struct LmText **resolved_text);
+
+/**
+ * What a line does, as data: the JSON document of `lostmotion gcode explain`. `machine` and `settings`
+ * as for `lm_program_findings`.
+ *
+ * Threads: any. Real time: no.
+ *
+ * # Safety
+ * `settings` is null or ends with a zero; `document` is null or has room.
+ */
+enum LmStatus lm_program_explain_json(const struct LmProgram *program,
+                                      const struct LmMachine *machine,
+                                      const char *settings,
+                                      uint32_t line,
+                                      struct LmText **document);
 
 /**
  * The answer of a run; its texts are valid until the run is freed.

@@ -110,6 +110,12 @@ class Text : public Handle<LmText, lm_text_free> {
     }
 };
 
+/** A canonical operation, and the block that it comes from. */
+struct Operation {
+    std::string text;
+    unsigned line = 0, column = 0, file = 0;
+};
+
 /** A part program. */
 class Program : public Handle<LmProgram, lm_program_free> {
   public:
@@ -125,6 +131,53 @@ class Program : public Handle<LmProgram, lm_program_free> {
         Program program;
         check(lm_program_from_file(path.c_str(), program.put()));
         return program;
+    }
+
+    /** What interpreter and lints find; `levels` is a JSON object of levels by lint. */
+    std::vector<Finding> lint(const std::string &levels = "{}") const
+    {
+        Handle<LmFindings, lm_findings_free> found;
+        check(lm_program_lint(get(), nullptr, nullptr, levels.c_str(), found.put()));
+        std::size_t count = 0;
+        check(lm_findings_count(found.get(), &count));
+        std::vector<Finding> all;
+        for (std::size_t index = 0; index < count; index++) {
+            LmFinding finding;
+            check(lm_findings_get(found.get(), index, &finding));
+            all.emplace_back(finding);
+        }
+        return all;
+    }
+
+    /** Canonical operations. Throws at the end of a program with errors. */
+    std::vector<Operation> operations() const
+    {
+        Handle<LmOperations, lm_operations_free> reading;
+        check(lm_program_operations(get(), nullptr, nullptr, reading.put()));
+        std::vector<Operation> all;
+        for (;;) {
+            LmOperation found;
+            check(lm_operations_next(reading.get(), &found));
+            if (!found.text)
+                return all;
+            all.push_back({found.text, found.line, found.column, found.file});
+        }
+    }
+
+    /** The program in one style, a JSON object as for `lm_program_format_as`. */
+    std::string format(const std::string &style = "{}") const
+    {
+        Text text;
+        check(lm_program_format_as(get(), style.c_str(), text.put()));
+        return text.string();
+    }
+
+    /** The program with everything computed; `system` is 1 for G54 to 9 for G59.3. */
+    std::string resolved(unsigned char system = 1) const
+    {
+        Text text;
+        check(lm_program_resolved(get(), nullptr, nullptr, system, text.put()));
+        return text.string();
     }
 };
 

@@ -1,5 +1,83 @@
-/** A machine: the name of an embedded one, or the text of a machine file. */
-export type Machine = { preset: string } | { toml: string };
+/** A machine: the name of an embedded one, the text of a machine file, or an object with its keys. */
+export type Machine = { preset: string } | { toml: string } | { json: object };
+
+/** Something that was found in a program or a machine file. */
+export interface Finding {
+  /** Stable name of the kind of finding. */
+  code: string;
+  /** What was found, with values. */
+  message: string;
+  /** What to do; may be empty. */
+  hint: string;
+  /** Name of the program or file. */
+  file: string;
+  /** The line that it is about; may be empty. */
+  excerpt: string;
+  /** The key of a machine file that it is about; empty for a program. */
+  key: string;
+  /** Whether it refuses the program or the machine. */
+  isError: boolean;
+  /** Line, from 1; 0 for the file as a whole. */
+  line: number;
+  /** Column in bytes, from 1; 0 where there is none. */
+  column: number;
+  /** Length in bytes. */
+  length: number;
+}
+
+/** A program that is read, and how. */
+export interface Reading {
+  /** G-code. */
+  program: string;
+  /** Its name for messages. */
+  name?: string;
+  /** Its dialect, tools and parameters are used. */
+  machine?: Machine;
+  /** Options of the command that say how a program is read: `{ dialect: "fanuc" }`. */
+  settings?: Record<string, unknown>;
+}
+
+/** A canonical operation, and the block that it comes from. */
+export interface Operation {
+  /** `STRAIGHT_FEED(10.0000, ...)`. */
+  text: string;
+  /** Line and column in bytes, from 1; 0 for what holds before the first block. */
+  line: number;
+  column: number;
+  /** 0 for the program, n for the nth file of subroutines. */
+  file: number;
+}
+
+/** A style of programs. */
+export interface Style {
+  /** Letters; `upper` if left out. */
+  case?: "upper" | "lower" | "keep";
+  /** Blanks for each level of O-words; 2 if left out. */
+  indent?: number;
+  /** Line numbers, or the step of new ones; `keep` if left out. */
+  lineNumbers?: "keep" | "remove" | number;
+}
+
+/** A planned motion. */
+export interface Plan {
+  /** Length of the motion, s. */
+  durationS: number;
+  /** Length of cutting moves and of rapids, mm. */
+  cuttingMm: number;
+  rapidMm: number;
+  /** One for each command cycle; nine joints X Y Z A B C U V W a sample, one sample after the other, mm
+   * and deg. */
+  samples: {
+    timeS: Float64Array;
+    position: Float64Array;
+    /** Per s. */
+    velocity: Float64Array;
+    /** Per s2. */
+    acceleration: Float64Array;
+    /** Line of the block, from 1. */
+    line: Uint32Array;
+  };
+}
 
 /** How far a run is. */
 export interface Progress {
@@ -49,6 +127,8 @@ export class LostmotionError extends Error {
   readonly file: string;
   readonly line: number;
   readonly column: number;
+  /** Everything that was found. */
+  readonly findings: Finding[];
 }
 
 export class Lostmotion {
@@ -60,4 +140,27 @@ export class Lostmotion {
   simulate(simulation: Simulation): any;
   /** The text that the command prints. */
   report(simulation: Simulation): string;
+  /** Plans a program: samples of every joint. `methods` and `onContour` are not used. */
+  plan(simulation: Simulation): Plan;
+  /** What is wrong with a program; with `lints`, or levels of lints by their codes, also what is allowed
+   * and may break something. */
+  findings(
+    reading: Reading & { lints?: boolean; levels?: Record<string, "allow" | "warn" | "deny"> },
+  ): Finding[];
+  /** Canonical operations. Throws at the end of a program with errors. */
+  operations(reading: Reading): Operation[];
+  /** What a line does: the document of `lostmotion gcode explain`. */
+  explain(reading: Reading & { line: number }): any;
+  /** A program in one style. */
+  format(program: string, style?: Style): string;
+  /** A program with everything computed; `system` is 1 for G54 to 9 for G59.3, 1 if left out. */
+  resolved(reading: Reading & { system?: number }): string;
+  /** Embedded machines, each with a line about it. */
+  presets(): { name: string; summary: string }[];
+  /** Compensation methods, each with a line about it. */
+  methods(): { name: string; summary: string }[];
+  /** All that is wrong with the text of a machine file; an empty list for one that holds. */
+  problems(toml: string, name?: string): Finding[];
+  /** A machine that was checked: its keys, its file, and what a commissioning engineer would object to. */
+  machine(description: Machine): { json: any; toml: string; remarks: string[] };
 }

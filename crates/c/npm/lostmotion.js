@@ -10,7 +10,7 @@ export class LostmotionError extends Error {
   }
 }
 
-/** A function of two or four 32-bit numbers that answers one, as a WebAssembly function. */
+/** A function of some 32-bit numbers that answers one, as a WebAssembly function. */
 function asWasm(count, callback) {
   const parameters = new Array(count).fill(0x7f);
   const type = [0x01, 4 + count + 1, 0x01, 0x60, count, ...parameters, 0x01, 0x7f];
@@ -22,8 +22,98 @@ function asWasm(count, callback) {
 }
 
 // Offsets in bytes of the structures of lostmotion.h where pointers have four bytes.
-const ERROR = { size: 32, code: 4, message: 8, hint: 12, file: 16, line: 20, column: 24 };
+const ERROR = { size: 32, code: 4, message: 8, hint: 12, file: 16, line: 20, column: 24, findings: 28 };
 const CONTOUR = { size: 152, time: 0, error: 8, actual: 96, line: 144 };
+const FINDING = { size: 40, isError: 24, line: 28, column: 32, length: 36 };
+const FINDING_TEXTS = { code: 0, message: 4, hint: 8, file: 12, excerpt: 16, key: 20 };
+const OPERATION = { size: 16, text: 0, line: 4, column: 8, file: 12 };
+const PLAN = { size: 80, duration: 0, cutting: 8, rapid: 16 };
+const SAMPLE = { size: 232, time: 0, position: 8, velocity: 80, acceleration: 152, line: 224 };
+/** Joints of a sample of the plan. */
+const JOINTS = 9;
+/** What the index of a list behind its last one is answered with. */
+const STATUS_SIZE = 4;
+
+/** Room and handles of a call, which are given back at its end. */
+class Scope {
+  constructor(lostmotion) {
+    this.lostmotion = lostmotion;
+    this.wasm = lostmotion.wasm;
+    this.freed = [];
+    /** Where a call puts a handle or a pointer. */
+    this.out = this.room(8);
+  }
+
+  room(bytes) {
+    const pointer = this.wasm.lm_memory(bytes);
+    this.freed.push(() => this.wasm.lm_memory_free(pointer, bytes));
+    return pointer;
+  }
+
+  /** A text for a call, and how many bytes it is; null where it is left out. */
+  given(text) {
+    if (text === undefined) return [0, 0];
+    const bytes = new TextEncoder().encode(`${text}\0`);
+    const pointer = this.room(bytes.length);
+    new Uint8Array(this.wasm.memory.buffer).set(bytes, pointer);
+    return [pointer, bytes.length - 1];
+  }
+
+  /** The same of a value as JSON. */
+  json(value) {
+    return this.given(value === undefined ? undefined : JSON.stringify(value))[0];
+  }
+
+  /** The handle that a call has made. */
+  made(status, free) {
+    this.lostmotion.check(status);
+    const handle = this.lostmotion.view.getUint32(this.out, true);
+    this.freed.push(() => free(handle));
+    return handle;
+  }
+
+  /** The text that a call has made. */
+  text(status) {
+    const handle = this.made(status, this.wasm.lm_text_free);
+    this.lostmotion.check(this.wasm.lm_text(handle, this.out, 0));
+    return this.lostmotion.text(this.lostmotion.view.getUint32(this.out, true));
+  }
+
+  program(code, name = "program") {
+    const [text, length] = this.given(code);
+    const status = this.wasm.lm_program_from_text(this.given(name)[0], text, length, this.out);
+    return this.made(status, this.wasm.lm_program_free);
+  }
+
+  /** The machine of a description; null where it is left out. */
+  machine(description) {
+    if (description === undefined) return 0;
+    const { preset, toml, json } = description;
+    let status;
+    if (toml !== undefined)
+      status = this.wasm.lm_machine_from_toml(this.given("machine.toml")[0], this.given(toml)[0], this.out);
+    else if (json !== undefined) status = this.wasm.lm_machine_from_json(this.json(json), this.out);
+    else status = this.wasm.lm_machine_preset(this.given(preset)[0], this.out);
+    return this.made(status, this.wasm.lm_machine_free);
+  }
+
+  /** The list of findings that a call has made. */
+  findings(status) {
+    const { lostmotion, wasm } = this;
+    const handle = this.made(status, wasm.lm_findings_free);
+    lostmotion.check(wasm.lm_findings_count(handle, this.out));
+    const count = lostmotion.view.getUint32(this.out, true);
+    const room = this.room(FINDING.size);
+    return Array.from({ length: count }, (_, index) => {
+      lostmotion.check(wasm.lm_findings_get(handle, index, room));
+      return lostmotion.finding(room);
+    });
+  }
+
+  end() {
+    while (this.freed.length > 0) this.freed.pop()();
+  }
+}
 
 export class Lostmotion {
   static async load(source) {
@@ -54,19 +144,39 @@ export class Lostmotion {
   check(status) {
     if (status === 0) return;
     const error = this.wasm.lm_memory(ERROR.size);
+    const finding = this.wasm.lm_memory(FINDING.size);
     try {
       this.wasm.lm_error(error);
       const at = (offset) => this.view.getUint32(error + offset, true);
+      const findings = Array.from({ length: at(ERROR.findings) }, (_, index) => {
+        this.wasm.lm_error_finding(index, finding);
+        return this.finding(finding);
+      });
       throw new LostmotionError(this.text(at(ERROR.message)), {
         code: this.text(at(ERROR.code)),
         hint: this.text(at(ERROR.hint)),
         file: this.text(at(ERROR.file)),
         line: at(ERROR.line),
         column: at(ERROR.column),
+        findings,
       });
     } finally {
       this.wasm.lm_memory_free(error, ERROR.size);
+      this.wasm.lm_memory_free(finding, FINDING.size);
     }
+  }
+
+  /** A finding as an object. */
+  finding(room) {
+    const at = (offset) => this.view.getUint32(room + offset, true);
+    const texts = Object.entries(FINDING_TEXTS).map(([name, offset]) => [name, this.text(at(offset))]);
+    return {
+      ...Object.fromEntries(texts),
+      isError: this.view.getUint8(room + FINDING.isError) !== 0,
+      line: at(FINDING.line),
+      column: at(FINDING.column),
+      length: at(FINDING.length),
+    };
   }
 
   /** Puts a callback into the table of functions, in a place that is used again. */
@@ -77,83 +187,69 @@ export class Lostmotion {
     return this.slots[number];
   }
 
-  /** Runs, and hands the run to `read`; whatever was made is freed. */
-  run(simulation, read) {
+  /** Does the work of a call, and gives back what it needed. */
+  within(work) {
+    const scope = new Scope(this);
+    try {
+      return work(scope);
+    } finally {
+      scope.end();
+    }
+  }
+
+  /** A simulation, with what a callback throws. */
+  simulation(scope, simulation) {
     const { wasm } = this;
-    const freed = [];
-    const given = (text) => {
-      const bytes = new TextEncoder().encode(`${text}\0`);
-      const pointer = wasm.lm_memory(bytes.length);
-      freed.push(() => wasm.lm_memory_free(pointer, bytes.length));
-      new Uint8Array(wasm.memory.buffer).set(bytes, pointer);
-      return [pointer, bytes.length - 1];
-    };
-    const out = wasm.lm_memory(8);
-    freed.push(() => wasm.lm_memory_free(out, 8));
-    const made = (status, free) => {
-      this.check(status);
-      const handle = this.view.getUint32(out, true);
-      freed.push(() => free(handle));
-      return handle;
-    };
-    let thrown;
+    const program = scope.program(simulation.program, simulation.name);
+    const machine = scope.machine(simulation.machine);
+    const handle = scope.made(wasm.lm_simulation_new(program, machine, scope.out), wasm.lm_simulation_free);
+    for (const method of simulation.methods ?? [])
+      this.check(wasm.lm_simulation_method(handle, scope.given(method)[0]));
+    for (const [key, value] of Object.entries(simulation.settings ?? {})) {
+      const [name] = scope.given(key);
+      this.check(
+        typeof value === "number"
+          ? wasm.lm_simulation_set(handle, name, value)
+          : wasm.lm_simulation_set_json(handle, name, scope.json(value)),
+      );
+    }
+    const thrown = [];
     const guarded = (work) => {
       try {
         return work() === false ? 0 : 1;
       } catch (error) {
-        thrown ??= error;
+        thrown.push(error);
         return 0;
       }
     };
-    try {
-      const [code, length] = given(simulation.program);
-      const [name] = given(simulation.name ?? "program");
-      const program = made(wasm.lm_program_from_text(name, code, length, out), wasm.lm_program_free);
-      const { preset, toml } = simulation.machine;
-      const machine = made(
-        toml === undefined
-          ? wasm.lm_machine_preset(given(preset)[0], out)
-          : wasm.lm_machine_from_toml(given("machine.toml")[0], given(toml)[0], out),
-        wasm.lm_machine_free,
-      );
-      const handle = made(wasm.lm_simulation_new(program, machine, out), wasm.lm_simulation_free);
-      for (const method of simulation.methods ?? [])
-        this.check(wasm.lm_simulation_method(handle, given(method)[0]));
-      for (const [key, value] of Object.entries(simulation.settings ?? {})) {
-        const [name_] = given(key);
-        this.check(
-          typeof value === "number"
-            ? wasm.lm_simulation_set(handle, name_, value)
-            : wasm.lm_simulation_set_json(handle, name_, given(JSON.stringify(value))[0]),
+    if (simulation.onProgress) {
+      const told = (_, at) =>
+        guarded(() =>
+          simulation.onProgress({
+            doneBytes: Number(this.view.getBigUint64(at, true)),
+            totalBytes: Number(this.view.getBigUint64(at + 8, true)),
+            simulatedS: this.view.getFloat64(at + 16, true),
+          }),
         );
-      }
-      if (simulation.onProgress) {
-        const told = (_, at) =>
-          guarded(() =>
-            simulation.onProgress({
-              doneBytes: Number(this.view.getBigUint64(at, true)),
-              totalBytes: Number(this.view.getBigUint64(at + 8, true)),
-              simulatedS: this.view.getFloat64(at + 16, true),
-            }),
-          );
-        this.check(wasm.lm_simulation_on_progress(handle, this.callback(0, 2, told), 0));
-      }
+      this.check(wasm.lm_simulation_on_progress(handle, this.callback(0, 2, told), 0));
+    }
+    return { handle, guarded, thrown };
+  }
+
+  /** Runs, and answers the text that `read` makes of the run. */
+  run(simulation, read) {
+    const { wasm } = this;
+    return this.within((scope) => {
+      const { handle, guarded, thrown } = this.simulation(scope, simulation);
       if (simulation.onContour) {
-        const told = (_, method, at, count) => guarded(() => simulation.onContour(this.contour(method, at, count)));
+        const told = (_, method, at, count) =>
+          guarded(() => simulation.onContour(this.contour(method, at, count)));
         this.check(wasm.lm_simulation_on_contour(handle, this.callback(1, 4, told), 0));
       }
-      const status = wasm.lm_simulation_run(handle, out);
-      if (thrown !== undefined) throw thrown;
-      const run = made(status, wasm.lm_run_free);
-      return this.text(
-        ((text) => {
-          this.check(wasm.lm_text(text, out, 0));
-          return this.view.getUint32(out, true);
-        })(made(read(run, out), wasm.lm_text_free)),
-      );
-    } finally {
-      while (freed.length > 0) freed.pop()();
-    }
+      const status = wasm.lm_simulation_run(handle, scope.out);
+      if (thrown.length > 0) throw thrown[0];
+      return scope.text(read(scope.made(status, wasm.lm_run_free), scope.out));
+    });
   }
 
   contour(method, at, count) {
@@ -181,4 +277,170 @@ export class Lostmotion {
   report(simulation) {
     return this.run(simulation, this.wasm.lm_run_text);
   }
+
+  plan(simulation) {
+    const { wasm } = this;
+    return this.within((scope) => {
+      const { handle, guarded, thrown } = this.simulation(scope, simulation);
+      const parts = [];
+      const told = (_, at, count) => guarded(() => parts.push(this.samples(at, count)));
+      this.check(wasm.lm_simulation_on_plan(handle, this.callback(2, 3, told), 0));
+      const plan = scope.room(PLAN.size);
+      const status = wasm.lm_simulation_plan(handle, plan);
+      if (thrown.length > 0) throw thrown[0];
+      this.check(status);
+      const number = (offset) => this.view.getFloat64(plan + offset, true);
+      return {
+        durationS: number(PLAN.duration),
+        cuttingMm: number(PLAN.cutting),
+        rapidMm: number(PLAN.rapid),
+        samples: joined(parts),
+      };
+    });
+  }
+
+  /** Samples of the plan, copied. */
+  samples(at, count) {
+    const view = this.view;
+    const joints = (offset) =>
+      Float64Array.from({ length: JOINTS * count }, (_, index) =>
+        view.getFloat64(at + Math.floor(index / JOINTS) * SAMPLE.size + offset + 8 * (index % JOINTS), true),
+      );
+    return {
+      timeS: Float64Array.from({ length: count }, (_, index) => view.getFloat64(at + index * SAMPLE.size, true)),
+      position: joints(SAMPLE.position),
+      velocity: joints(SAMPLE.velocity),
+      acceleration: joints(SAMPLE.acceleration),
+      line: Uint32Array.from({ length: count }, (_, index) =>
+        view.getUint32(at + index * SAMPLE.size + SAMPLE.line, true),
+      ),
+    };
+  }
+
+  findings({ program, name, machine, settings, lints, levels }) {
+    const { wasm } = this;
+    return this.within((scope) => {
+      const handle = scope.program(program, name);
+      const on = scope.machine(machine);
+      const reading = scope.json(settings);
+      return scope.findings(
+        levels === undefined
+          ? wasm.lm_program_findings(handle, on, reading, lints ? 1 : 0, scope.out)
+          : wasm.lm_program_lint(handle, on, reading, scope.json(levels), scope.out),
+      );
+    });
+  }
+
+  operations({ program, name, machine, settings }) {
+    const { wasm } = this;
+    return this.within((scope) => {
+      const handle = scope.program(program, name);
+      const status = wasm.lm_program_operations(handle, scope.machine(machine), scope.json(settings), scope.out);
+      const operations = scope.made(status, wasm.lm_operations_free);
+      const room = scope.room(OPERATION.size);
+      const found = [];
+      for (;;) {
+        this.check(wasm.lm_operations_next(operations, room));
+        const at = (offset) => this.view.getUint32(room + offset, true);
+        if (at(OPERATION.text) === 0) return found;
+        found.push({
+          text: this.text(at(OPERATION.text)),
+          line: at(OPERATION.line),
+          column: at(OPERATION.column),
+          file: at(OPERATION.file),
+        });
+      }
+    });
+  }
+
+  explain({ program, name, machine, settings, line }) {
+    return JSON.parse(
+      this.within((scope) => {
+        const handle = scope.program(program, name);
+        const on = scope.machine(machine);
+        return scope.text(
+          this.wasm.lm_program_explain_json(handle, on, scope.json(settings), line, scope.out),
+        );
+      }),
+    );
+  }
+
+  format(program, { case: letters, indent, lineNumbers } = {}) {
+    const style = { case: letters, indent, line_numbers: lineNumbers?.toString() };
+    return this.within((scope) =>
+      scope.text(this.wasm.lm_program_format_as(scope.program(program), scope.json(style), scope.out)),
+    );
+  }
+
+  resolved({ program, name, machine, settings, system = 1 }) {
+    return this.within((scope) => {
+      const handle = scope.program(program, name);
+      const on = scope.machine(machine);
+      return scope.text(
+        this.wasm.lm_program_resolved(handle, on, scope.json(settings), system, scope.out),
+      );
+    });
+  }
+
+  presets() {
+    return this.listed(this.wasm.lm_preset);
+  }
+
+  methods() {
+    return this.listed(this.wasm.lm_method);
+  }
+
+  /** Names and lines about them, of a function that gives one by its number. */
+  listed(function_) {
+    return this.within((scope) => {
+      const found = [];
+      for (;;) {
+        const status = function_(found.length, scope.out, scope.out + 4);
+        if (status === STATUS_SIZE) return found;
+        this.check(status);
+        const text = (offset) => this.text(this.view.getUint32(scope.out + offset, true));
+        found.push({ name: text(0), summary: text(4) });
+      }
+    });
+  }
+
+  problems(toml, name = "machine.toml") {
+    return this.within((scope) =>
+      scope.findings(
+        this.wasm.lm_machine_problems(scope.given(name)[0], scope.given(toml)[0], scope.out),
+      ),
+    );
+  }
+
+  machine(description) {
+    return this.within((scope) => {
+      const handle = scope.machine(description);
+      const text = (function_) => scope.text(function_(handle, scope.out));
+      return {
+        json: JSON.parse(text(this.wasm.lm_machine_json)),
+        toml: text(this.wasm.lm_machine_toml),
+        remarks: text(this.wasm.lm_machine_remarks).split("\n").filter(Boolean),
+      };
+    });
+  }
+}
+
+/** Samples in one. */
+function joined(parts) {
+  const all = (name, kind) => {
+    const whole = new kind(parts.reduce((length, part) => length + part[name].length, 0));
+    let at = 0;
+    for (const part of parts) {
+      whole.set(part[name], at);
+      at += part[name].length;
+    }
+    return whole;
+  };
+  return {
+    timeS: all("timeS", Float64Array),
+    position: all("position", Float64Array),
+    velocity: all("velocity", Float64Array),
+    acceleration: all("acceleration", Float64Array),
+    line: all("line", Uint32Array),
+  };
 }

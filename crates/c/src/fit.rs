@@ -1,4 +1,4 @@
-//! The gap of an axis from a log.
+//! What a log tells of an axis: its gap, and what it is as one body.
 
 use crate::border::{call, item, list, maybe_text, out};
 use crate::failure::{Failure, LmStatus};
@@ -6,6 +6,7 @@ use crate::handle::look;
 use crate::machine::{LmMachine, drive_of, wrong_size};
 use crate::text::{LmText, text_of};
 use lostmotion::drive::config::AxisUnit;
+use lostmotion::identify::body::{BodyRows, Identified};
 use lostmotion::identify::{AxisRows, fit_axis};
 use lostmotion::report::json;
 use lostmotion::report::refusal::Refusal;
@@ -41,6 +42,27 @@ pub struct LmFit {
     pub gap_high: f64,
     /// Whether the log tells the gap from zero.
     pub excited: bool,
+}
+
+/// A log of an axis and of what drives it: columns of equal length, positions in its unit at the load.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct LmBodyLog {
+    /// Unit of the positions: "mm", "deg" or "rad".
+    pub unit: *const c_char,
+    /// Rows.
+    pub count: usize,
+    /// Times, s.
+    pub time_s: *const f64,
+    /// Motor.
+    pub motor: *const f64,
+    /// Load; null where it was not logged.
+    pub load: *const f64,
+    /// Commanded position; null where it was not logged.
+    pub command: *const f64,
+    /// What drives the axis, force, torque, current or voltage in any unit; null where it was not
+    /// logged.
+    pub drive: *const f64,
 }
 
 fn unit_of(symbol: &str) -> Result<AxisUnit, Failure> {
@@ -100,14 +122,7 @@ pub unsafe extern "C" fn lm_fit(
             ("current_a", Some(current_a)),
         ];
         for (name, column) in columns {
-            let wrong =
-                column.and_then(|column| column.iter().position(|value| !value.is_finite()));
-            if let Some(row) = wrong {
-                let hint = "leave such rows out, or fill them from their neighbours";
-                return Err(
-                    Refusal::data(format!("{name} is not finite in row {row}"), hint).into(),
-                );
-            }
+            finite(name, column.unwrap_or_default())?;
         }
         let config = if machine.is_null() {
             None
@@ -139,6 +154,67 @@ pub unsafe extern "C" fn lm_fit(
             gap_high,
             excited: found.excited,
         });
+        Ok(())
+    })
+}
+
+/// Refuses numbers that are none.
+fn finite(name: &str, column: &[f64]) -> Result<(), Failure> {
+    match column.iter().position(|value| !value.is_finite()) {
+        Some(row) => {
+            let hint = "leave such rows out, or fill them from their neighbours";
+            Err(Refusal::data(format!("{name} is not finite in row {row}"), hint).into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Finds what a log tells of an axis as one body: inertia, friction, gains of the servo, how position
+/// is lost after a reversal. `document` becomes a JSON object of what was found, in m or rad and the
+/// log's unit of what drives the axis; `untold` in it says what is not told, and why.
+///
+/// Threads: any. Real time: no.
+///
+/// # Safety
+/// `log` is null or a log whose columns are null or have `count` numbers; `document` is null or has
+/// room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lm_identify(
+    log: *const LmBodyLog,
+    document: *mut *mut LmText,
+) -> LmStatus {
+    call(|| {
+        // SAFETY: the caller's promise.
+        let room = unsafe { out(document, "document") }?;
+        // SAFETY: the caller's promise.
+        let log = unsafe { item(log, "log") }?;
+        // SAFETY: the caller's promise.
+        let unit = unsafe { maybe_text(log.unit, "log.unit") }?.unwrap_or_default();
+        if log.count == 0 {
+            return Err(wrong_size("log.count", 0, 3));
+        }
+        let column =
+            |name: &'static str, numbers: *const f64, needed: bool| -> Result<&[f64], Failure> {
+                if numbers.is_null() && !needed {
+                    return Ok(&[][..]);
+                }
+                // SAFETY: the caller's promise.
+                let numbers = unsafe { list(numbers, log.count, name) }?;
+                finite(name, numbers)?;
+                Ok(numbers)
+            };
+        let rows = BodyRows {
+            unit: unit_of(unit)?,
+            time_s: column("log.time_s", log.time_s, true)?,
+            motor: column("log.motor", log.motor, true)?,
+            load: column("log.load", log.load, false)?,
+            command: column("log.command", log.command, false)?,
+            drive: column("log.drive", log.drive, false)?,
+        };
+        let found = Identified::of(&rows).map_err(|error| Refusal::data(error.to_string(), ""))?;
+        let text =
+            serde_json::to_string(&found).map_err(|error| Failure::internal(error.to_string()))?;
+        room.write(text_of(&text)?);
         Ok(())
     })
 }

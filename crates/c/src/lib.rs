@@ -17,6 +17,7 @@ mod handle;
 pub mod machine;
 mod planned;
 pub mod program;
+pub mod reading;
 pub mod rows;
 pub mod run;
 pub mod simulation;

@@ -1,14 +1,16 @@
 //! Machines.
 
 use crate::border::{call, list, maybe_text, out, text};
-use crate::failure::{Failure, LmStatus, Reason};
+use crate::error::beyond;
+use crate::failure::{Failure, LmStatus, Reason, c_text};
 use crate::handle::{free, insert, look, opaque};
 use crate::text::{LmFindings, LmText, findings, text_of};
 use lostmotion::report::refusal::{Refusal, RefusalKind};
 use lostmotion::sim::import::{ImportFormat, ImportOptions, import};
-use lostmotion::sim::machine::{Change, MachineFile};
+use lostmotion::sim::machine::{AxisReview, Change, MachineFile, PresetInfo, presets};
 use serde_json::Value;
-use std::ffi::c_char;
+use std::ffi::{CString, c_char};
+use std::sync::OnceLock;
 
 /// A machine: checked, and never changed.
 #[derive(Debug)]
@@ -43,6 +45,37 @@ pub unsafe extern "C" fn lm_machine_preset(
         // SAFETY: the caller's promise.
         let name = unsafe { text(name, "name") }?;
         room.write(insert(lostmotion::Machine::preset(name)?)?);
+        Ok(())
+    })
+}
+
+/// Name of a machine that comes with the library, and a line about it for people, by its number from
+/// 0; `LM_STATUS_SIZE` behind the last one. The texts are constant.
+///
+/// Threads: any. Real time: no.
+///
+/// # Safety
+/// `name` and `summary` are null or have room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lm_preset(
+    index: usize,
+    name: *mut *const c_char,
+    summary: *mut *const c_char,
+) -> LmStatus {
+    static PRESETS: OnceLock<Vec<[CString; 2]>> = OnceLock::new();
+    call(|| {
+        // SAFETY: the caller's promise.
+        let name = unsafe { out(name, "name") }?;
+        // SAFETY: the caller's promise.
+        let summary = unsafe { out(summary, "summary") }?;
+        let all = PRESETS.get_or_init(|| {
+            let texts = |preset: &PresetInfo| [preset.name, preset.summary].map(c_text);
+            presets().iter().map(texts).collect()
+        });
+        let found = all.get(index);
+        let [known, line] = found.ok_or_else(|| beyond("index", index, all.len()))?;
+        name.write(known.as_ptr());
+        summary.write(line.as_ptr());
         Ok(())
     })
 }
@@ -284,6 +317,52 @@ pub unsafe extern "C" fn lm_machine_toml(
         // SAFETY: the caller's promise.
         let room = unsafe { out(text, "text") }?;
         room.write(text_of(&look(machine, toml)?)?);
+        Ok(())
+    })
+}
+
+/// The machine as a JSON object with the keys of machine files, which `lm_machine_from_json` takes.
+///
+/// Threads: any. Real time: no.
+///
+/// # Safety
+/// `document` is null or has room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lm_machine_json(
+    machine: *const LmMachine,
+    document: *mut *mut LmText,
+) -> LmStatus {
+    call(|| {
+        // SAFETY: the caller's promise.
+        let room = unsafe { out(document, "document") }?;
+        let text = look(machine, |machine| {
+            serde_json::to_string(&machine.file())
+                .map_err(|error| Failure::internal(error.to_string()))
+        })?;
+        room.write(text_of(&text)?);
+        Ok(())
+    })
+}
+
+/// What a commissioning engineer would object to, a line each; empty where there is nothing.
+///
+/// Threads: any. Real time: no.
+///
+/// # Safety
+/// `remarks` is null or has room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lm_machine_remarks(
+    machine: *const LmMachine,
+    remarks: *mut *mut LmText,
+) -> LmStatus {
+    call(|| {
+        // SAFETY: the caller's promise.
+        let room = unsafe { out(remarks, "remarks") }?;
+        let lines: Vec<String> = look(machine, |machine| {
+            let reviews = machine.review();
+            Ok(reviews.iter().flat_map(AxisReview::remarks).collect())
+        })?;
+        room.write(text_of(&lines.join("\n"))?);
         Ok(())
     })
 }

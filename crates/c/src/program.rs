@@ -90,7 +90,7 @@ pub extern "C" fn lm_program_free(program: *mut LmProgram) -> LmStatus {
 
 impl Part {
     /// Settings as `lm_simulation_set` has them, in a JSON object; the usual ones without it.
-    fn reading(&self, settings: Option<&str>) -> Result<ReadingRequest, Failure> {
+    pub(crate) fn reading(&self, settings: Option<&str>) -> Result<ReadingRequest, Failure> {
         let mut reading: ReadingRequest =
             serde_json::from_str(settings.unwrap_or("{}")).map_err(|error| {
                 let hint = "a JSON object, for example {\"dialect\": \"fanuc\"}";

@@ -34,6 +34,17 @@ int main()
         } catch (const Error &error) {
             faults += error.findings.empty() || error.line != 2 || error.findings[0].line != 2;
         }
+        const auto operations = moved.operations();
+        faults += operations.size() < 4 || operations.back().line != 4;
+        faults += moved.format("{\"case\": \"lower\"}").find("g1 x40") == std::string::npos;
+        faults += moved.resolved().find("X40") == std::string::npos;
+        faults += Program::from_text("w.ngc", "G21\nG1 Z-\n").lint().at(0).line != 2;
+        try {
+            (void)Program::from_text("w.ngc", "G21\nG1 Z-\n").operations();
+            faults++;
+        } catch (const Error &error) {
+            faults += error.status != LM_STATUS_PROGRAM || error.line != 2;
+        }
         std::size_t samples = 0, blocks = 0;
         Simulation again(moved, machine);
         Simulation kept = std::move(again);

@@ -5,13 +5,12 @@ use crate::axis::described;
 use crate::error::Refusal;
 use crate::table::eights;
 use lostmotion::drive::config::AxisUnit;
-use lostmotion::identify::body::{BodyLog, Motion, fit_body, fit_lost_motion, fit_servo};
+use lostmotion::identify::body::{BodyRows, Identified};
 use lostmotion::identify::{AxisRows, FitResult, fit_axis};
 use lostmotion::logs::{AxisLog, AxisOptions, ColumnSpec, DriveSignal, Role, read_axis};
 use lostmotion::report::json;
 use pyo3::prelude::*;
 use pythonize::pythonize;
-use serde::Serialize;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -135,62 +134,21 @@ pub(crate) fn fit<'py>(
     Ok((pythonize(py, &result)?, document))
 }
 
-/// What is found, each part with why it is not where it is not.
-#[derive(Serialize)]
-struct Identified {
-    samples: usize,
-    period_s: f64,
-    strokes: usize,
-    reversals: usize,
-    lost_motion: Option<lostmotion::identify::body::LostMotion>,
-    body: Option<lostmotion::identify::body::RigidBody>,
-    servo: Option<lostmotion::identify::body::ServoGains>,
-    untold: Vec<String>,
-}
-
 /// What a log tells of an axis as one body: m or rad, and the log's unit of what drives it.
 #[pyfunction]
 pub(crate) fn identify<'py>(py: Python<'py>, log: Log) -> PyResult<Bound<'py, PyAny>> {
     let found = apart(py, None, move |_| {
         let rows = Rows::of(log, &[], &[])?;
-        let base = match rows.unit {
-            AxisUnit::Mm => 1e-3,
-            AxisUnit::Deg => 1.0_f64.to_radians(),
-            AxisUnit::Rad => 1.0,
+        let columns = BodyRows {
+            unit: rows.unit,
+            time_s: &rows.time_s,
+            motor: &rows.motor,
+            load: &rows.load,
+            command: &rows.command,
+            drive: &rows.drive,
         };
-        let scaled = |values: Vec<f64>| values.into_iter().map(|value| value * base).collect();
-        let log = BodyLog::from_rows(
-            &rows.time_s,
-            scaled(rows.motor),
-            scaled(rows.load),
-            scaled(rows.command),
-            rows.drive,
-        )
-        .map_err(|error| Refusal::data(format!("{}: {error}", rows.name), ""))?;
-        let motion = Motion::of(&log);
-        let mut untold = Vec::new();
-        let mut kept = |what: &str, why: String| untold.push(format!("{what}: {why}"));
-        let lost_motion = fit_lost_motion(&log)
-            .map_err(|why| kept("lost motion", why))
-            .ok();
-        let body = fit_body(&log, &motion)
-            .map_err(|why| kept("inertia and friction", why))
-            .ok();
-        let servo = fit_servo(&log, &motion)
-            .map_err(|why| kept("servo", why))
-            .ok();
-        untold.extend(body.iter().flat_map(|body| body.untold.iter().cloned()));
-        untold.extend(servo.iter().flat_map(|servo| servo.untold.iter().cloned()));
-        Ok(Identified {
-            samples: log.len(),
-            period_s: log.period_s,
-            strokes: motion.strokes.len(),
-            reversals: motion.reversals,
-            lost_motion,
-            body,
-            servo,
-            untold,
-        })
+        Identified::of(&columns)
+            .map_err(|error| Refusal::data(format!("{}: {error}", rows.name), ""))
     })?;
     Ok(pythonize(py, &found)?)
 }

@@ -4,17 +4,12 @@ use crate::apart::apart;
 use crate::error::{Refusal, told};
 use crate::machine::Machine;
 use crate::options;
-use lostmotion::gcode::InterpreterConfig;
-use lostmotion::gcode_tools::explain::explain;
-use lostmotion::gcode_tools::format::{
-    Case, FormatOptions, LineNumbers, format, refers_to_line_numbers,
-};
-use lostmotion::gcode_tools::lint::{Level, Levels};
-use lostmotion::gcode_tools::writer::write_program;
 use lostmotion::report::findings::Finding;
-use lostmotion::report::refusal::{self, findings_of, operations_of, placed};
+use lostmotion::report::reading::{
+    Style, explained, formatted, found_in, levels_of, reader_of, resolved,
+};
+use lostmotion::report::refusal::placed;
 use lostmotion::sim::program::Operations as Reader;
-use lostmotion::sim::request::ReadingRequest;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use pythonize::pythonize;
@@ -30,62 +25,12 @@ pub(crate) struct Program {
     pub(crate) path: Option<PathBuf>,
 }
 
-impl Program {
-    /// Its interpreter.
-    fn reader(
-        program: &lostmotion::Program,
-        reading: &ReadingRequest,
-        machine: Option<&Machine>,
-    ) -> Result<(Reader, InterpreterConfig), Refusal> {
-        let (config, loader) = reading.config(machine.map(|machine| &machine.0))?;
-        Ok((operations_of(program, config.clone(), loader)?, config))
-    }
-
-    /// What interpreter and lints find, in the order of the text.
-    fn found(
-        program: &lostmotion::Program,
-        reading: &ReadingRequest,
-        machine: Option<&Machine>,
-        levels: Option<Levels>,
-    ) -> Result<Vec<Finding>, Refusal> {
-        let (config, loader) = reading.config(machine.map(|machine| &machine.0))?;
-        Ok(findings_of(program, config, loader, levels)?)
-    }
-}
-
 /// What was found, each with its line.
 fn shown(found: Vec<Finding>, program: &lostmotion::Program) -> Vec<Value> {
     found
         .into_iter()
         .map(|finding| told(&placed(finding, program)))
         .collect()
-}
-
-/// Levels of lints from their names.
-fn levels_of(given: Vec<(String, String)>) -> Result<Levels, Refusal> {
-    let mut levels = Levels::default();
-    for (code, level) in given {
-        let level = match level.as_str() {
-            "allow" => Level::Allow,
-            "warn" => Level::Warn,
-            "deny" => Level::Deny,
-            other => {
-                return Err(Refusal::option(
-                    format!("\"{other}\" is no level"),
-                    "levels are allow, warn and deny",
-                ));
-            }
-        };
-        let known = lostmotion::gcode_tools::lint::rules::find(&code).is_some() || code == "all";
-        if !known {
-            return Err(Refusal::option(
-                format!("there is no lint \"{code}\""),
-                "`lostmotion check --help` lists them",
-            ));
-        }
-        levels.set(&code, level);
-    }
-    Ok(levels)
 }
 
 #[pymethods]
@@ -134,9 +79,17 @@ impl Program {
     ) -> PyResult<Bound<'py, PyAny>> {
         let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
-        let levels = lints.map(levels_of).transpose()?;
+        let levels = lints.map(|given| {
+            levels_of(
+                given
+                    .iter()
+                    .map(|(code, level)| (code.as_str(), level.as_str())),
+            )
+        });
+        let levels = levels.transpose().map_err(Refusal::from)?;
+        let machine = machine.map(|machine| machine.0);
         let found = apart(py, None, move |_| {
-            let found = Program::found(&program, &reading, machine.as_ref(), levels)?;
+            let found = found_in(&program, &reading, machine.as_ref(), levels)?;
             Ok(shown(found, &program))
         })?;
         Ok(pythonize(py, &found)?)
@@ -148,7 +101,8 @@ impl Program {
         reading: &Bound<'_, PyDict>,
     ) -> PyResult<Operations> {
         let reading = options::reading(self.path.as_ref(), reading)?;
-        let (reader, _) = Program::reader(&self.program, &reading, machine)?;
+        let machine = machine.map(|machine| &machine.0);
+        let (reader, _) = reader_of(&self.program, &reading, machine).map_err(Refusal::from)?;
         Ok(Operations {
             reader: Mutex::new(reader),
             program: self.program.clone(),
@@ -158,45 +112,12 @@ impl Program {
     /// The program in one style.
     #[pyo3(signature = (*, case = "upper", indent = 2, line_numbers = "keep"))]
     fn format(&self, case: &str, indent: usize, line_numbers: &str) -> PyResult<String> {
-        let case = match case {
-            "upper" => Case::Upper,
-            "lower" => Case::Lower,
-            "keep" => Case::Keep,
-            other => {
-                let hint = "cases are upper, lower and keep";
-                return Err(Refusal::option(format!("\"{other}\" is no case"), hint).into());
-            }
-        };
-        let line_numbers = match line_numbers {
-            "keep" => LineNumbers::Keep,
-            "remove" => LineNumbers::Remove,
-            step => match step.parse() {
-                Ok(step @ 1..=10_000) => LineNumbers::Renumber { step },
-                _ => {
-                    let hint = "keep, remove, or a step from 1 to 10000";
-                    let text = format!("line_numbers is \"{step}\"");
-                    return Err(Refusal::option(text, hint).into());
-                }
-            },
-        };
-        let unread = |error: std::io::Error| Refusal::unread(&self.program, &error);
-        let open = || self.program.open().map_err(unread);
-        // GOTO and M99 P jump to N numbers: a new numbering would change what the program does.
-        if line_numbers != LineNumbers::Keep
-            && let Some(line) = refers_to_line_numbers(open()?).map_err(unread)?
-        {
-            let text = format!("line {line}: the program refers to its line numbers");
-            return Err(Refusal::option(text, "use line_numbers=\"keep\"").into());
-        }
-        let options = FormatOptions {
-            case,
+        let style = Style {
+            case: case.to_owned(),
             indent,
-            line_numbers,
-            ..FormatOptions::default()
+            line_numbers: line_numbers.to_owned(),
         };
-        let mut out = Vec::new();
-        format(open()?, &options, &mut out).map_err(unread)?;
-        Ok(String::from_utf8_lossy(&out).into_owned())
+        Ok(formatted(&self.program, &style).map_err(Refusal::from)?)
     }
 
     /// What a line does: a text for people and the same as data.
@@ -209,12 +130,9 @@ impl Program {
     ) -> PyResult<(String, Bound<'py, PyAny>)> {
         let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
+        let machine = machine.map(|machine| machine.0);
         let explanation = apart(py, None, move |_| {
-            let (mut reader, _) = Program::reader(&program, &reading, machine.as_ref())?;
-            explain(&mut reader, line).ok_or_else(|| {
-                let text = format!("{} has no line {line}", program.name());
-                Refusal::option(text, "lines count from 1")
-            })
+            Ok(explained(&program, &reading, machine.as_ref(), line)?)
         })?;
         Ok((explanation.to_string(), pythonize(py, &explanation)?))
     }
@@ -229,21 +147,9 @@ impl Program {
     ) -> PyResult<String> {
         let reading = options::reading(self.path.as_ref(), reading)?;
         let program = self.program.clone();
+        let machine = machine.map(|machine| machine.0);
         apart(py, None, move |_| {
-            let found = Program::found(&program, &reading, machine.as_ref(), None)?;
-            let wrong: Vec<Finding> = found
-                .into_iter()
-                .filter(|finding| finding.severity == lostmotion::gcode::Severity::Error)
-                .collect();
-            if let Some(first) = wrong.first() {
-                let text = format!("{}:{}: {}", first.file, first.span.line, first.message);
-                return Err(refusal::Refusal::of_findings(text, wrong, &program).into());
-            }
-            let (mut reader, config) = Program::reader(&program, &reading, machine.as_ref())?;
-            let mut out = Vec::new();
-            write_program(&mut reader, &config, system, &mut out)
-                .map_err(|error| Refusal::new("ProgramError", "write", error.to_string(), ""))?;
-            Ok(String::from_utf8_lossy(&out).into_owned())
+            Ok(resolved(&program, &reading, machine.as_ref(), system)?)
         })
     }
 

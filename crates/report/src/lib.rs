@@ -17,6 +17,7 @@ pub mod number;
 pub mod page;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+pub mod reading;
 pub mod refusal;
 pub mod runs;
 #[cfg(feature = "schema")]

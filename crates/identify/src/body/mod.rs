@@ -14,6 +14,7 @@
 //! acceleration needs no filter of its own. Intervals come from the scatter between blocks of the
 //! log.
 
+mod identified;
 pub mod lost;
 pub mod motion;
 pub mod replay;
@@ -21,6 +22,7 @@ mod rigid;
 mod servo;
 mod squares;
 
+pub use identified::{BodyRows, Identified};
 pub use lost::{LostMotion, fit_lost_motion};
 pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};

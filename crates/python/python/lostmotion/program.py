@@ -21,9 +21,9 @@ class Operation(NamedTuple):
     """A canonical operation, and the block that it comes from."""
 
     line: int
-    """Line, from 1."""
+    """Line, from 1; 0 for what holds before the first block."""
     column: int
-    """Column in bytes, from 1."""
+    """Column in bytes, from 1; 0 for what holds before the first block."""
     file: int
     """0 for the program, n for the nth file of subroutines."""
     text: str

@@ -1,5 +1,5 @@
 //! Where FreeCAD's axes sit: `role` says on which side (`table_...`, `head_...`), `parent` what
-//! carries it, `joint` a point on the axis and its direction.
+//! carries it, `joint` a point on the axis and its direction, as two lists or as `origin` and `axis`.
 
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::chain::{JointSpec, Side};
@@ -85,7 +85,18 @@ fn vectors(value: &Value) -> Option<[[f64; 3]; 2]> {
         let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
         <[f64; 3]>::try_from(numbers?).ok()
     };
-    let pair: Option<Vec<[f64; 3]>> = value.as_array()?.iter().map(vector).collect();
+    // FreeCAD writes both forms: two lists, and an object of the two by name.
+    let pair = match value {
+        Value::Object(named) => [named.get("origin")?, named.get("axis")?]
+            .into_iter()
+            .map(vector)
+            .collect(),
+        _ => value
+            .as_array()?
+            .iter()
+            .map(vector)
+            .collect::<Option<Vec<_>>>(),
+    };
     <[[f64; 3]; 2]>::try_from(pair?).ok()
 }
 

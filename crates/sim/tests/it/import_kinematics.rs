@@ -425,6 +425,13 @@ fn freecad_machines_with_rotary_axes_are_chains() {
             .iter()
             .any(|row| row.key == "machine.axes.A.limits.min" && row.fate == Fate::Used)
     );
+    // Joints by name, as FreeCAD's own files have them, say the same.
+    let named = TRUNNION
+        .replace("\"joint\": [[", "\"joint\": {\"origin\": [")
+        .replace("], [", "], \"axis\": [")
+        .replace("]]", "]}");
+    assert!(named.contains("\"joint\": {\"origin\": [0, 0, -370], \"axis\": [1.0, 0.0, 0.0]}"));
+    assert_eq!(freecad(&named).1, machine);
     let untold = TRUNNION.replace("\"parent\": \"A\"", "\"parent\": \"Y\"");
     let (imported, machine) = freecad(&untold);
     assert_eq!(machine.kinematics().kind(), "cartesian");
@@ -451,6 +458,15 @@ fn freecad_machines_with_rotary_axes_are_chains() {
         told.contains(
             "five.fcm:6:1: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]"
         ),
+        "{told}"
+    );
+    let told = refused(
+        "five.fcm",
+        &named.replace("\"axis\": [1.0, 0.0, 0.0]", "\"axes\": [1.0, 0.0, 0.0]"),
+        ImportFormat::FreeCad,
+    );
+    assert!(
+        told.contains("machine.axes.A.joint: is {") && told.contains("not two vectors"),
         "{told}"
     );
     let told = refused(

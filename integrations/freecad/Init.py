@@ -1,0 +1,1 @@
+# Nothing to set up without a window: macros import the package `lostmotion_freecad`.
