@@ -3,12 +3,46 @@
 //! The rows follow the makers' manuals; what no primary source says is left out, and a control
 //! about which nothing is known has no row of methods at all.
 
-use crate::machine::PathStops;
 use lostmotion_base::names::did_you_mean;
 use lostmotion_methods::MethodId;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
+
+/// Where the path comes to rest besides where the program asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum PathStops {
+    /// Nowhere.
+    #[default]
+    Never,
+    /// Where an axis reverses, for as long as the axis takes for its gap: controls that put a move
+    /// of their own between blocks (grbl and its descendants).
+    Reversals,
+    /// At the end of every move: controls that leave constant velocity to compensate (Mach3).
+    Blocks,
+}
+
+impl PathStops {
+    /// Its name in machine files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PathStops::Never => "never",
+            PathStops::Reversals => "reversals",
+            PathStops::Blocks => "blocks",
+        }
+    }
+
+    /// Where that is, in words.
+    pub(crate) const fn place(self) -> &'static str {
+        match self {
+            PathStops::Never => "nowhere",
+            PathStops::Reversals => "where an axis reverses",
+            PathStops::Blocks => "at the end of every move",
+        }
+    }
+}
 
 /// A family of controls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

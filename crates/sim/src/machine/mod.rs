@@ -21,6 +21,7 @@ mod section;
 mod settings;
 mod tuning;
 
+pub use crate::control::PathStops;
 pub use document::Change;
 pub use file::{AxisEdit, AxisFile, MachineEdit, MachineFile};
 pub use gantry::{Gantry, GantryFile};
@@ -35,8 +36,7 @@ pub use problem::{MachineError, Problem};
 pub use read::{axis_from_changed_toml, axis_from_toml, axis_to_toml};
 pub use review::AxisReview;
 pub use settings::{
-    BOW_LIMIT_UM, Homes, PathStops, PlannerSettings, Position, SimulateSettings, ToolEntry,
-    WorkOffsets,
+    BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets,
 };
 pub use tuning::AxisTuning;
 

@@ -1,7 +1,7 @@
 //! The parts of a machine file that are plain values: positions, work offsets, homes, tools,
 //! planner, verdict.
 
-use crate::control::Control;
+use crate::control::{Control, PathStops};
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
 use serde::{Deserialize, Serialize};
@@ -127,41 +127,6 @@ pub struct ToolEntry {
     /// Diameter, mm.
     #[serde(default)]
     pub diameter_mm: f64,
-}
-
-/// Where the path comes to rest besides where the program asks for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum PathStops {
-    /// Nowhere.
-    #[default]
-    Never,
-    /// Where an axis reverses, for as long as the axis takes for its gap: controls that put a move
-    /// of their own between blocks (grbl and its descendants).
-    Reversals,
-    /// At the end of every move: controls that leave constant velocity to compensate (Mach3).
-    Blocks,
-}
-
-impl PathStops {
-    /// Its name in machine files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            PathStops::Never => "never",
-            PathStops::Reversals => "reversals",
-            PathStops::Blocks => "blocks",
-        }
-    }
-
-    /// Where that is, in words.
-    pub(crate) const fn place(self) -> &'static str {
-        match self {
-            PathStops::Never => "nowhere",
-            PathStops::Reversals => "where an axis reverses",
-            PathStops::Blocks => "at the end of every move",
-        }
-    }
 }
 
 fn is_never(stops: &PathStops) -> bool {

@@ -23,7 +23,7 @@
 use super::contours::{Contours, Pair, Returns};
 use super::frame::STANDSTILL_PER_S;
 use super::outputs::AxisInfo;
-use super::skips::{Place, Skips};
+use super::skips::{PathPlace, Skips};
 use crate::machine::Memory;
 use crate::motion::Modes;
 use crate::observer::ForeseenContour;
@@ -174,7 +174,7 @@ impl Guard {
     }
 
     /// The newest command lies at this place of the path.
-    pub(super) fn reach(&mut self, place: Place) {
+    pub(super) fn reach(&mut self, place: PathPlace) {
         self.skipping = self.skips.contain(place);
     }
 

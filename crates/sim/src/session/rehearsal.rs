@@ -15,7 +15,7 @@ use super::bank::Variant;
 use super::contours::{Contours, Returns};
 use super::guard::Rehearsed;
 use super::outputs::Kept;
-use super::skips::{Skips, Step};
+use super::skips::{RehearsedCommand, Skips};
 use super::stepper::Stepper;
 use crate::error::SimError;
 use crate::machine::Memory;
@@ -167,7 +167,7 @@ impl<'a> Rehearser<'a> {
                 let joints = |variant| chunk.outputs.load(variant, frame.servo_sample);
                 let without = joints(0);
                 let path = (&stepper.tracker, &chunk.modes);
-                let mut step = Step {
+                let mut step = RehearsedCommand {
                     place: (frame.sample.segment, frame.sample.s),
                     squares: [0.0; 2],
                     returns: returned != 0,
@@ -201,7 +201,7 @@ struct Measured {
     /// By part.
     contours: Vec<Contours>,
     /// Of the first part.
-    steps: Vec<Step>,
+    steps: Vec<RehearsedCommand>,
     /// Whether the program ends there.
     is_whole: bool,
 }

@@ -11,10 +11,10 @@
 use std::cmp::Ordering;
 
 /// A place on the path: number of the segment and place on it.
-pub(super) type Place = (u64, f64);
+pub(super) type PathPlace = (u64, f64);
 
 /// Behind every place.
-const END: Place = (u64::MAX, f64::INFINITY);
+const END: PathPlace = (u64::MAX, f64::INFINITY);
 
 /// Time before a place that is too far off from which on nothing is corrected, and after it, s; twice as
 /// long each time that it did not suffice. A choice: a correction is taken back within some tens of milliseconds, and
@@ -31,8 +31,8 @@ const MOST_SHARE: f64 = 0.8;
 
 /// A command of a rehearsal.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Step {
-    pub(super) place: Place,
+pub(super) struct RehearsedCommand {
+    pub(super) place: PathPlace,
     /// Squares of the error without a correction and with it, mm2; 0 where nothing is measured.
     pub(super) squares: [f64; 2],
     /// Whether an axis comes back.
@@ -44,15 +44,15 @@ pub(super) struct Step {
 pub(super) struct Skips {
     /// Numbers of the first command and the one behind the last.
     commands: Vec<[usize; 2]>,
-    places: Vec<[Place; 2]>,
+    places: Vec<[PathPlace; 2]>,
     /// How often they were widened.
     rounds: i32,
 }
 
 impl Skips {
     /// Whether a place is left out.
-    pub(super) fn contain(&self, place: Place) -> bool {
-        let behind = |stretch: &[Place; 2]| order(&stretch[1], &place) == Ordering::Greater;
+    pub(super) fn contain(&self, place: PathPlace) -> bool {
+        let behind = |stretch: &[PathPlace; 2]| order(&stretch[1], &place) == Ordering::Greater;
         let next = self.places.partition_point(|stretch| !behind(stretch));
         self.places
             .get(next)
@@ -64,7 +64,7 @@ impl Skips {
     /// the program ends with the last command; what comes after it is left out otherwise.
     pub(super) fn widened(
         &self,
-        steps: &[Step],
+        steps: &[RehearsedCommand],
         most_mm: f64,
         period_s: f64,
         is_whole: bool,
@@ -94,7 +94,7 @@ impl Skips {
             return None;
         }
         let at = |number: usize| steps.get(number).map_or(END, |step| step.place);
-        let mut places: Vec<[Place; 2]> = commands
+        let mut places: Vec<[PathPlace; 2]> = commands
             .iter()
             .map(|[from, to]| [at(*from), at(*to)])
             .collect();
@@ -110,12 +110,12 @@ impl Skips {
 }
 
 /// Order along the path.
-fn order(a: &Place, b: &Place) -> Ordering {
+fn order(a: &PathPlace, b: &PathPlace) -> Ordering {
     a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 /// Windows in which the squares grow most, as many as it takes for their sum not to grow.
-fn growing(steps: &[Step], window: usize) -> Vec<[usize; 2]> {
+fn growing(steps: &[RehearsedCommand], window: usize) -> Vec<[usize; 2]> {
     let sums = steps.chunks(window).enumerate().map(|(number, steps)| {
         let growth: f64 = steps
             .iter()
@@ -155,8 +155,8 @@ mod tests {
     use super::*;
 
     /// A command every 10 ms, ten to a segment, all with these squares.
-    fn steps(count: usize, squares: [f64; 2]) -> Vec<Step> {
-        let step = |number: usize| Step {
+    fn steps(count: usize, squares: [f64; 2]) -> Vec<RehearsedCommand> {
+        let step = |number: usize| RehearsedCommand {
             place: ((number / 10) as u64, (number % 10) as f64),
             squares,
             returns: false,
