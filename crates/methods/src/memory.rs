@@ -182,6 +182,23 @@ impl AxisMemory {
         }
     }
 
+    /// What is known of an axis while it learns, taken as certain: for a rehearsal of what its drive would do
+    /// with it.
+    pub fn so_far(learned: Learned, axis: &AxisConfig) -> AxisMemory {
+        AxisMemory {
+            learned: Learned {
+                half_gap_deviation_rad: 0.0,
+                load_inertia_deviation_kgm2: 0.0,
+                viscous_deviation_nm_s_per_rad: 0.0,
+                coulomb_deviation_nm: 0.0,
+                constant_deviation_nm: 0.0,
+                correlations: [0.0; 6],
+                ..learned
+            },
+            learned_on: LearnedOn::of(axis),
+        }
+    }
+
     /// The total gap in the unit of an axis (mm, deg, rad); 0 while it is unknown.
     pub fn gap_in_unit(&self, axis: &AxisConfig) -> f64 {
         2.0 * self.learned.half_gap_rad / axis.transmission.motor_rad_per_unit()

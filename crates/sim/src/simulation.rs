@@ -10,7 +10,7 @@ use crate::program::Program;
 use crate::recorded::results::RecordCheck;
 use crate::recorded::{self, RecordOptions, Recorded};
 use crate::results::{PlanInfo, ProgramInfo, Run};
-use crate::session::{self, Kept, Rehearser, Stepper, TickSink, Ticks, Variant};
+use crate::session::{self, Kept, Rehearsals, Rehearser, Stepper, TickSink, Ticks, Variant};
 use crate::setup::Setup;
 use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
@@ -306,10 +306,16 @@ impl<'a> Simulation<'a> {
                 ..Kept::default()
             };
             let rehearser = Rehearser::new(setup, &variants, threads);
-            let rehearse = |variant: usize, memory: &Memory| rehearser.rehearse(variant, memory);
-            let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearse))?;
+            let rehearse = |variant: usize, memory: &Memory, upto_s: f64| {
+                rehearser.rehearse(variant, memory, upto_s)
+            };
+            let rehearsals = Rehearsals {
+                machine: setup.machine,
+                rehearse: &rehearse,
+            };
+            let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearsals))?;
             loop {
-                let (_, more) = stepper.step(|_, _| ());
+                let (_, more) = stepper.step(Some(&rehearsals), |_, _| ());
                 let more = more?;
                 sink.chunk(&Ticks::of(&stepper)).map_err(SimError::Sink)?;
                 // Segments that no later sample touches are forgotten, so that memory stays

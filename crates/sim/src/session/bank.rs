@@ -1,6 +1,6 @@
 //! All axes of all variants of the machine, stepped side by side.
 
-use super::guard::{Guard, Rehearse};
+use super::guard::{Guard, Rehearsals};
 use super::outputs::{AxisInfo, Beam, Kept, LaneLayout, Outputs};
 use super::skips::Skips;
 use crate::error::SimError;
@@ -53,6 +53,8 @@ pub(crate) struct Bank {
     exchange_cycles: usize,
     /// Command cycles since the last one.
     since_exchange: usize,
+    /// Time of the motion so far, s.
+    time_s: f64,
     /// By variant, whether its compensators may correct; `None` where none asks.
     guards: Vec<Option<Guard>>,
     /// Samples of the plan that references have yet to reach, oldest first, as far as guards need
@@ -151,7 +153,7 @@ impl Bank {
         start: &Coords,
         (threads, kept): (usize, Kept),
         memory: Option<&Memory>,
-        rehearse: Option<&Rehearse<'_>>,
+        rehearsals: Option<&Rehearsals<'_>>,
     ) -> Result<Bank, SimError> {
         let drives = machine.drives();
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
@@ -239,8 +241,8 @@ impl Bank {
         for (lane, axis) in batch.axes().enumerate() {
             let variant = variant_of[lane];
             if axis.heeds_others() && guards[variant].is_none() {
-                let said = rehearse.zip(memory);
-                let said = said.and_then(|(rehearse, memory)| rehearse(variant, memory));
+                let said = rehearsals.zip(memory);
+                let said = said.and_then(|(asked, memory)| (asked.rehearse)(variant, memory, 0.0));
                 guards[variant] = Some(match (variants[variant].rehearsed, said) {
                     (Some((part, skips)), _) => Guard::fixed(count, part, skips.clone()),
                     (None, Some(said)) => Guard::rehearsed(count, said),
@@ -264,6 +266,7 @@ impl Bank {
             pending: VecDeque::new(),
             command: machine.cycles().command(),
             since_exchange: 0,
+            time_s: 0.0,
             setpoints: vec![Vec::new(); drives],
             batch,
             beams,
@@ -296,6 +299,16 @@ impl Bank {
 
     /// What the drives of a variant have learned for good.
     pub(crate) fn learned(&self, variant: usize, machine: &Machine) -> Memory {
+        self.memory(variant, machine, AxisMemory::new)
+    }
+
+    /// What the drives of a variant have learned, by name.
+    fn memory(
+        &self,
+        variant: usize,
+        machine: &Machine,
+        keep: fn(Learned, &AxisConfig) -> AxisMemory,
+    ) -> Memory {
         let of = |runner: &dyn AxisRunner| runner.learned();
         let mut memory = Memory::default();
         for (name, learned) in machine
@@ -304,7 +317,7 @@ impl Bank {
             .zip(self.of_drives(variant, of))
         {
             if let Some((learned, config)) = learned.zip(machine.drive(&name)) {
-                memory.axis.insert(name, AxisMemory::new(learned, config));
+                memory.axis.insert(name, keep(learned, config));
             }
         }
         memory
@@ -358,6 +371,7 @@ impl Bank {
         forces: &[Coords],
         outputs: &mut Outputs,
         path: (&ContourTracker, &Modes),
+        rehearsals: Option<&Rehearsals<'_>>,
     ) -> Result<(), SimError> {
         let blocks: Vec<BlockMotion> = samples
             .iter()
@@ -403,11 +417,15 @@ impl Bank {
             };
             self.step(from..to, &mut outputs.lanes)?;
             self.since_exchange += to - from;
+            self.time_s += (to - from) as f64 * self.command.period_s();
             if self.exchange_cycles > 0 {
                 self.pending.extend(&samples[from..to]);
             }
             if self.since_exchange == self.exchange_cycles {
                 self.judge(path);
+                if let Some(rehearsals) = rehearsals {
+                    self.ask(rehearsals);
+                }
                 self.exchange();
                 self.since_exchange = 0;
             }
@@ -467,6 +485,23 @@ impl Bank {
         }
         let answered = self.pending.len().saturating_sub(delay);
         self.pending.drain(..answered);
+    }
+
+    /// Has variants rehearsed whose drives have learned more.
+    fn ask(&mut self, rehearsals: &Rehearsals<'_>) {
+        for variant in 0..self.guards.len() {
+            let may_ask = |guard: &Guard| guard.may_ask();
+            if self.ended[variant] || !self.guards[variant].as_ref().is_some_and(may_ask) {
+                continue;
+            }
+            let memory = self.memory(variant, rehearsals.machine, AxisMemory::so_far);
+            if let Some(guard) = &mut self.guards[variant]
+                && guard.asks(&memory)
+            {
+                let said = (rehearsals.rehearse)(variant, &memory, self.time_s);
+                guard.told(memory, said);
+            }
+        }
     }
 
     /// Tells each compensator the least readiness of the other axes of its variant.

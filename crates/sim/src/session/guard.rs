@@ -14,8 +14,10 @@
 //! Where what a correction changes has nothing to do with the other errors, the squares differ by the
 //! square of the change: half of it is clear, also where the axes lag by far more than the gap.
 //!
-//! Without a memory nothing is corrected before it is certainly better or no worse; with one, from
-//! the start as far as a rehearsal says, until it is worse than what is foreseen and what was
+//! Without a memory nothing is corrected before it is certainly better or no worse, or a rehearsal with
+//! what the drives know by then says so: each time that they know clearly more one is asked, and it says
+//! how far to correct from then on. With a memory it is corrected from
+//! the start as far as a rehearsal says. Either way until it is worse than what is foreseen and what was
 //! rehearsed without a correction. Axes learn their gaps one after the other, and foresee the last
 //! seconds then: commands are held until all are known. Only what the drives know enters: their learned loads and gaps,
 //! their references and motors.
@@ -24,7 +26,7 @@ use super::contours::{Contours, Pair, Returns};
 use super::frame::STANDSTILL_PER_S;
 use super::outputs::AxisInfo;
 use super::skips::{PathPlace, Skips};
-use crate::machine::Memory;
+use crate::machine::{Machine, Memory};
 use crate::motion::Modes;
 use crate::observer::ForeseenContour;
 use lostmotion_base::Clock;
@@ -70,7 +72,15 @@ pub(crate) struct Rehearsed {
 }
 
 /// Who rehearses a variant, by its number, whose drives know this; `None` where nothing is to be said.
-pub(crate) type Rehearse<'a> = dyn Fn(usize, &Memory) -> Option<Rehearsed> + 'a;
+/// `upto_s`: how far of the program at least.
+pub(crate) type Rehearse<'a> = dyn Fn(usize, &Memory, f64) -> Option<Rehearsed> + Sync + 'a;
+
+/// Who rehearses the variants of a machine.
+#[derive(Clone, Copy)]
+pub(crate) struct Rehearsals<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) rehearse: &'a Rehearse<'a>,
+}
 
 /// What the drives of a variant foresee, measured on the path.
 #[derive(Debug)]
@@ -92,11 +102,15 @@ pub(super) struct Guard {
     part: f64,
     /// Whether that is all that it says: of a machine that is rehearsed.
     fixed: bool,
-    /// What the rehearsal said of the machine without a correction: mean square (mm2) and peak (mm).
+    /// What a rehearsal said of the machine without a correction: mean square (mm2) and peak (mm).
     rehearsed: Option<[f64; 2]>,
     /// Where nothing is corrected, and whether the newest command lies there.
     skips: Skips,
     skipping: bool,
+    /// What the drives knew when a rehearsal was asked last while they learned.
+    asked: Option<Memory>,
+    /// How often one may be asked yet.
+    asks_left: u32,
 }
 
 /// A command of the plan and what was foreseen for it.
@@ -130,6 +144,24 @@ impl Held {
     }
 }
 
+/// Rehearsals of a variant while its drives learn, at most. A choice: the gaps of two axes settle within
+/// some readings, and each takes as long as a part of the program.
+const MOST_ASKED: u32 = 8;
+/// Part of a gap by which it has to change to be rehearsed again. A choice: half of what readings that
+/// agree may differ by.
+const NEWS: f64 = 0.05;
+
+/// Whether drives know clearly more than before: a load, a gap that changed, or that friction holds a load.
+fn differs(before: &Memory, now: &Memory) -> bool {
+    now.axis.iter().any(|(name, axis)| {
+        let gap = axis.learned.half_gap_rad;
+        before.axis.get(name).is_none_or(|before| {
+            before.learned.floats != axis.learned.floats
+                || (before.learned.half_gap_rad - gap).abs() > NEWS * gap
+        })
+    })
+}
+
 /// Commands that are kept until all axes are known. A choice: as many as a drive recalls.
 const MOST_HELD: usize = 4000;
 
@@ -150,7 +182,47 @@ impl Guard {
             rehearsed: None,
             skips: Skips::default(),
             skipping: false,
+            asked: None,
+            asks_left: MOST_ASKED,
         }
+    }
+
+    /// Whether a rehearsal may be asked while the drives learn: not before each axis that came back is
+    /// known.
+    pub(super) fn may_ask(&self) -> bool {
+        let came_back = || self.returns.turns.iter().any(|turn| turn.1 > 0);
+        !self.held_back && self.asks_left > 0 && came_back()
+    }
+
+    /// Whether drives that know this by now know clearly more than when a rehearsal was asked last.
+    pub(super) fn asks(&self, memory: &Memory) -> bool {
+        let asked = self.asked.as_ref();
+        asked.is_none_or(|asked| differs(asked, memory))
+    }
+
+    /// What a rehearsal says of drives that know this by now: it corrects from then on as far as that
+    /// says, unless what the drives have foreseen so far is worse.
+    pub(super) fn told(&mut self, memory: Memory, said: Option<Rehearsed>) {
+        self.asks_left = self.asks_left.saturating_sub(1);
+        self.asked = Some(memory);
+        let Some(said) = said else { return };
+        let [without, with] = self.contours.squares;
+        let foreseen_worse = with > without || !self.peak_is_no_higher();
+        self.part = said.share;
+        self.rehearsed = Some(said.without);
+        self.skips = said.skips;
+        self.corrects = said.share > 0.0 && (self.corrects || !foreseen_worse);
+        // what was foreseen of the other correction is forgotten
+        if self.corrects {
+            self.contours.clear();
+            self.returns.counted.fill(0);
+        }
+    }
+
+    /// Whether the peak with a correction is no higher than what may be corrected.
+    fn peak_is_no_higher(&self) -> bool {
+        let [highest, high] = self.contours.peaks;
+        high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1
     }
 
     /// Of a machine that is rehearsed with a part of its correction, but for some stretches.
@@ -159,6 +231,7 @@ impl Guard {
             part,
             fixed: true,
             skips,
+            asks_left: 0,
             ..Guard::new(axes, true)
         }
     }
@@ -169,6 +242,7 @@ impl Guard {
             part: said.share,
             rehearsed: Some(said.without),
             skips: said.skips,
+            asks_left: 0,
             ..Guard::new(axes, said.share > 0.0)
         }
     }
@@ -330,8 +404,8 @@ impl Guard {
             return;
         }
         let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
-        let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
-        self.corrects = peaks && without > 0.0 && (clearly || with <= without && seen_all);
+        self.corrects =
+            self.peak_is_no_higher() && without > 0.0 && (clearly || with <= without && seen_all);
         // what was foreseen while the load was known less well is forgotten
         if !self.corrects && !self.corrected && seen(self.patience, PATIENCE.1) {
             self.patience = self.patience.saturating_mul(2);
@@ -344,6 +418,8 @@ impl Guard {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lostmotion_drive::Learned;
+    use lostmotion_methods::AxisMemory;
 
     /// Both axes came back so often, over a time, with these mean squares and peaks.
     fn seen(corrects: bool, times: u32, time_s: f64, squares: [f64; 2], peaks: [f64; 2]) -> bool {
@@ -456,6 +532,75 @@ mod tests {
         guard.returns.counted = vec![3, 3];
         guard.decide();
         assert_eq!(guard.share(), 0.0);
+    }
+
+    /// The drive of an axis knows this half gap, rad.
+    fn knows(half_gap_rad: f64) -> Memory {
+        let axis = AxisMemory {
+            learned: Learned {
+                half_gap_rad,
+                ..Learned::default()
+            },
+            ..AxisMemory::default()
+        };
+        let mut memory = Memory::default();
+        memory.axis.insert("x".to_owned(), axis);
+        memory
+    }
+
+    #[test]
+    fn a_rehearsal_is_asked_while_drives_learn_each_time_that_they_know_more() {
+        let mut guard = Guard::new(2, false);
+        assert!(!guard.may_ask());
+        guard.returns.turns[0].1 = 1;
+        assert!(guard.may_ask() && guard.asks(&knows(1e-3)));
+        guard.told(knows(1e-3), None);
+        assert!(
+            guard.share() == 0.0 && !guard.asks(&knows(1.04e-3)) && guard.asks(&knows(1.06e-3))
+        );
+        // one that is not known
+        guard.held_back = true;
+        assert!(!guard.may_ask());
+        guard.held_back = false;
+        for _ in 1..MOST_ASKED {
+            assert!(guard.may_ask());
+            guard.told(knows(1e-3), None);
+        }
+        assert!(!guard.may_ask());
+        // with a memory it was asked before
+        let said = Rehearsed {
+            share: 0.0,
+            skips: Skips::default(),
+            without: [1.0; 2],
+        };
+        let mut guard = Guard::rehearsed(2, said);
+        guard.returns.turns[0].1 = 1;
+        assert!(!guard.may_ask());
+    }
+
+    #[test]
+    fn what_was_rehearsed_while_learning_is_used_unless_it_is_foreseen_to_be_worse() {
+        let said = |share| {
+            Some(Rehearsed {
+                share,
+                skips: Skips::default(),
+                without: [2.0, 1.2],
+            })
+        };
+        let mut guard = Guard::new(2, false);
+        guard.told(knows(1e-3), said(0.5));
+        assert_eq!(guard.share(), 0.5);
+        // it goes on with another part, and ends where that says so
+        guard.contours.squares = [1.0, 2.0];
+        guard.told(knows(2e-3), said(1.0));
+        assert!(guard.share() == 1.0 && guard.contours.squares == [0.0; 2]);
+        guard.told(knows(3e-3), said(0.0));
+        assert_eq!(guard.share(), 0.0);
+        // what the drives have foreseen
+        let mut guard = Guard::new(2, false);
+        guard.contours.peaks = [1.0, 1.05];
+        guard.told(knows(1e-3), said(1.0));
+        assert!(guard.share() == 0.0 && guard.contours.peaks == [1.0, 1.05]);
     }
 
     #[test]

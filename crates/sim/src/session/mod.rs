@@ -35,6 +35,7 @@ mod stepper;
 pub use bank::SETTLE_S;
 pub(crate) use bank::Variant;
 pub use frame::Frame;
+pub(crate) use guard::Rehearsals;
 pub(crate) use outputs::Kept;
 pub(crate) use rehearsal::Rehearser;
 pub(crate) use stepper::Stepper;

@@ -68,7 +68,12 @@ impl<'a> Rehearser<'a> {
 
     /// Rehearses a variant whose drives know this; `None` where nothing is to be said: no axis has
     /// a gap, the load of one may float, or the program cannot be run.
-    pub(crate) fn rehearse(&self, variant: usize, memory: &Memory) -> Option<Rehearsed> {
+    pub(crate) fn rehearse(
+        &self,
+        variant: usize,
+        memory: &Memory,
+        upto_s: f64,
+    ) -> Option<Rehearsed> {
         let choice = self.variants.get(variant)?.choice()?;
         // A load that may float holds the others back until more is known: nothing can be rehearsed.
         let mut gaps = memory.axis.iter().filter(|(name, axis)| {
@@ -93,10 +98,11 @@ impl<'a> Rehearser<'a> {
         };
         // Mostly the whole correction is no worse: others are tried where it is.
         let none = Skips::default();
+        let (times, [least_s, most_s]) = REHEARSED;
+        let least_s = (upto_s + least_s).min(WHOLE.1[1]);
+        let over = (times, [least_s, most_s.max(least_s)]);
         let (whole, parts) = SHARES.split_at(1);
-        let start = self
-            .measure(&setup, choice, whole, &none, &REHEARSED)
-            .ok()?;
+        let start = self.measure(&setup, choice, whole, &none, &over).ok()?;
         if let Some(said) = start.no_worse() {
             return Some(said);
         }
@@ -104,9 +110,7 @@ impl<'a> Rehearser<'a> {
         if spared.is_some() {
             return spared;
         }
-        let part = self
-            .measure(&setup, choice, parts, &none, &REHEARSED)
-            .ok()?;
+        let part = self.measure(&setup, choice, parts, &none, &over).ok()?;
         Some(part.no_worse().unwrap_or_else(|| part.nothing()))
     }
 
@@ -157,7 +161,7 @@ impl<'a> Rehearser<'a> {
         };
         let mut time_s = 0.0;
         loop {
-            let (_, more) = stepper.step(|_, _| ());
+            let (_, more) = stepper.step(None, |_, _| ());
             let more = more?;
             let chunk = &stepper.chunk;
             for frame in chunk.frames.iter().filter(|frame| frame.is_command_tick) {

@@ -3,6 +3,7 @@
 
 use super::bank::Variant;
 use super::frame::contour_input;
+use super::guard::Rehearsals;
 use super::outputs::Kept;
 use super::recorder::Recorder;
 use super::rehearsal::Rehearser;
@@ -78,8 +79,13 @@ fn run_on(
         stops: true,
     };
     let rehearser = Rehearser::new(setup, &variants, threads);
-    let rehearse = |variant: usize, memory: &Memory| rehearser.rehearse(variant, memory);
-    let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearse))?;
+    let rehearse =
+        |variant: usize, memory: &Memory, upto_s: f64| rehearser.rehearse(variant, memory, upto_s);
+    let rehearsals = Rehearsals {
+        machine: setup.machine,
+        rehearse: &rehearse,
+    };
+    let mut stepper = Stepper::new(setup, &variants, threads, kept, Some(&rehearsals))?;
     let points_of = if audience.wants_contour() { methods } else { 0 };
     let mut judge = Judge::new(setup, &stepper, variants.len(), methods, points_of);
     let mut texts = audience
@@ -91,7 +97,7 @@ fn run_on(
     while more {
         let look =
             |chunk: &mut Chunk, tracker: &ContourTracker| judge.chunk(chunk, tracker, threads);
-        let (judged, stepped) = stepper.step(look);
+        let (judged, stepped) = stepper.step(Some(&rehearsals), look);
         if let Some(judged) = judged {
             judged?;
             told(&mut judge, &mut stepper, false, (audience, &mut texts))?;

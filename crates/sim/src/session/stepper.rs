@@ -8,7 +8,7 @@
 use super::bank::{Bank, Variant};
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
-use super::guard::Rehearse;
+use super::guard::Rehearsals;
 use super::monitor::{Monitor, Stop};
 use super::outputs::{Kept, Outputs};
 use crate::error::{SimError, SinkError};
@@ -149,7 +149,7 @@ impl Stepper {
         variants: &[Variant<'_>],
         threads: usize,
         kept: Kept,
-        rehearse: Option<&Rehearse<'_>>,
+        rehearsals: Option<&Rehearsals<'_>>,
     ) -> Result<Stepper, SimError> {
         let (machine, options) = (setup.machine, setup.options);
         let feed = if kept.limiters {
@@ -160,7 +160,14 @@ impl Stepper {
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
-        let bank = Bank::new(machine, variants, &start, (threads, kept), memory, rehearse)?;
+        let bank = Bank::new(
+            machine,
+            variants,
+            &start,
+            (threads, kept),
+            memory,
+            rehearsals,
+        )?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
@@ -202,6 +209,7 @@ impl Stepper {
     /// Those of the planner and the axes; a program that runs longer than allowed.
     pub(crate) fn step<T: Send>(
         &mut self,
+        rehearsals: Option<&Rehearsals<'_>>,
         beside: impl FnOnce(&mut Chunk, &ContourTracker) -> T + Send,
     ) -> (Option<T>, Result<bool, SimError>) {
         std::mem::swap(&mut self.chunk, &mut self.before);
@@ -229,7 +237,13 @@ impl Stepper {
         let (most, over, with_learning) = (self.chunk_samples, chunk.over, self.with_learning);
         let mut axes = || {
             let path = (tracker, &chunk.modes);
-            bank.run(&chunk.samples, &forces, &mut chunk.outputs, path)?;
+            bank.run(
+                &chunk.samples,
+                &forces,
+                &mut chunk.outputs,
+                path,
+                rehearsals,
+            )?;
             let outputs = &chunk.outputs;
             // Each servo tick is paired with the command that it answers to, the delay taken out.
             aligner.frames(

@@ -160,3 +160,15 @@ fn a_program_is_rehearsed_before_what_was_learned_is_used() {
     let [none, cold, warm] = [0, 1, 2].map(|method| result.methods[method].whole);
     assert_eq!((none, none), (cold, warm));
 }
+
+#[test]
+fn a_cold_start_is_rehearsed_with_what_is_known_by_then() {
+    // A zigzag whose gaps hide a part of what the drives overshoot in its corners: `lookup`, told everything,
+    // has a higher peak.
+    let cell = draw(20_261_124, 15).unwrap();
+    let result = run(&cell, &["lookup".to_owned(), "adaptive".to_owned()]).unwrap();
+    let [none, told, cold] = [0, 1, 2].map(|method| result.methods[method].whole);
+    assert!(told.contour_max > 1.02 * none.contour_max + 0.5);
+    assert!(cold.contour_max <= 1.02 * none.contour_max + 0.5);
+    assert!(cold.contour_rms < none.contour_rms && cold.backlash_rms < 0.7 * none.backlash_rms);
+}
