@@ -14,11 +14,10 @@
 //! Where what a correction changes has nothing to do with the other errors, the squares differ by the
 //! square of the change: half of it is clear, also where the axes lag by far more than the gap.
 //!
-//! Without a memory nothing is corrected before it is certainly better or no worse, or a rehearsal with
-//! what the drives know by then says so: each time that they know clearly more one is asked, and it says
-//! how far to correct from then on. With a memory it is corrected from
-//! the start as far as a rehearsal says. Either way until it is worse than what is foreseen and what was
-//! rehearsed without a correction. Axes learn their gaps one after the other, and foresee the last
+//! Without a memory nothing is corrected before it is certainly better or no worse. Then a rehearsal with
+//! what the drives know by that time says how far, and is asked again each time that they know clearly
+//! more. With a memory it is corrected from the start as far as a rehearsal says. Either way it is until it
+//! is worse than what is foreseen and what was rehearsed without a correction. Axes learn their gaps one after the other, and foresee the last
 //! seconds then: commands are held until all are known. Only what the drives know enters: their learned loads and gaps,
 //! their references and motors.
 
@@ -187,11 +186,10 @@ impl Guard {
         }
     }
 
-    /// Whether a rehearsal may be asked while the drives learn: not before each axis that came back is
-    /// known.
+    /// Whether a rehearsal may be asked while the drives learn: where it would correct but for that.
     pub(super) fn may_ask(&self) -> bool {
-        let came_back = || self.returns.turns.iter().any(|turn| turn.1 > 0);
-        !self.held_back && self.asks_left > 0 && came_back()
+        let refused = self.asked.is_some() && self.part <= 0.0;
+        self.asks_left > 0 && (self.corrects || refused)
     }
 
     /// Whether drives that know this by now know clearly more than when a rehearsal was asked last.
@@ -200,29 +198,18 @@ impl Guard {
         asked.is_none_or(|asked| differs(asked, memory))
     }
 
-    /// What a rehearsal says of drives that know this by now: it corrects from then on as far as that
-    /// says, unless what the drives have foreseen so far is worse.
+    /// What a rehearsal says of drives that know this by now: how far it corrects from then on.
     pub(super) fn told(&mut self, memory: Memory, said: Option<Rehearsed>) {
         self.asks_left = self.asks_left.saturating_sub(1);
         self.asked = Some(memory);
         let Some(said) = said else { return };
-        let [without, with] = self.contours.squares;
-        let foreseen_worse = with > without || !self.peak_is_no_higher();
+        self.corrects = said.share > 0.0;
         self.part = said.share;
         self.rehearsed = Some(said.without);
         self.skips = said.skips;
-        self.corrects = said.share > 0.0 && (self.corrects || !foreseen_worse);
-        // what was foreseen of the other correction is forgotten
-        if self.corrects {
-            self.contours.clear();
-            self.returns.counted.fill(0);
-        }
-    }
-
-    /// Whether the peak with a correction is no higher than what may be corrected.
-    fn peak_is_no_higher(&self) -> bool {
-        let [highest, high] = self.contours.peaks;
-        high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1
+        // what was foreseen of another correction is forgotten
+        self.contours.clear();
+        self.returns.counted.fill(0);
     }
 
     /// Of a machine that is rehearsed with a part of its correction, but for some stretches.
@@ -404,8 +391,8 @@ impl Guard {
             return;
         }
         let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
-        self.corrects =
-            self.peak_is_no_higher() && without > 0.0 && (clearly || with <= without && seen_all);
+        let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
+        self.corrects = peaks && without > 0.0 && (clearly || with <= without && seen_all);
         // what was foreseen while the load was known less well is forgotten
         if !self.corrects && !self.corrected && seen(self.patience, PATIENCE.1) {
             self.patience = self.patience.saturating_mul(2);
@@ -503,11 +490,6 @@ mod tests {
 
     #[test]
     fn a_rehearsal_says_how_far_to_correct_and_what_there_is_without() {
-        let said = |share| Rehearsed {
-            share,
-            skips: Skips::default(),
-            without: [2.0, 1.2],
-        };
         let mut guard = Guard::rehearsed(2, said(0.75));
         assert_eq!(guard.share(), 0.75);
         // worse than what a mass between two flanks foresees, not than what was rehearsed
@@ -548,59 +530,54 @@ mod tests {
         memory
     }
 
+    fn said(share: f64) -> Rehearsed {
+        Rehearsed {
+            share,
+            skips: Skips::default(),
+            without: [2.0, 1.2],
+        }
+    }
+
     #[test]
     fn a_rehearsal_is_asked_while_drives_learn_each_time_that_they_know_more() {
         let mut guard = Guard::new(2, false);
         assert!(!guard.may_ask());
-        guard.returns.turns[0].1 = 1;
+        guard.corrects = true;
         assert!(guard.may_ask() && guard.asks(&knows(1e-3)));
+        // where nothing is to be said it goes by what is foreseen
         guard.told(knows(1e-3), None);
         assert!(
-            guard.share() == 0.0 && !guard.asks(&knows(1.04e-3)) && guard.asks(&knows(1.06e-3))
+            guard.share() == 1.0 && !guard.asks(&knows(1.04e-3)) && guard.asks(&knows(1.06e-3))
         );
-        // one that is not known
-        guard.held_back = true;
-        assert!(!guard.may_ask());
-        guard.held_back = false;
         for _ in 1..MOST_ASKED {
             assert!(guard.may_ask());
             guard.told(knows(1e-3), None);
         }
         assert!(!guard.may_ask());
         // with a memory it was asked before
-        let said = Rehearsed {
-            share: 0.0,
-            skips: Skips::default(),
-            without: [1.0; 2],
-        };
-        let mut guard = Guard::rehearsed(2, said);
-        guard.returns.turns[0].1 = 1;
-        assert!(!guard.may_ask());
+        let guard = Guard::rehearsed(2, said(1.0));
+        assert!(guard.share() == 1.0 && !guard.may_ask());
     }
 
     #[test]
-    fn what_was_rehearsed_while_learning_is_used_unless_it_is_foreseen_to_be_worse() {
-        let said = |share| {
-            Some(Rehearsed {
-                share,
-                skips: Skips::default(),
-                without: [2.0, 1.2],
-            })
+    fn what_is_rehearsed_while_learning_says_how_far_to_correct() {
+        let mut guard = Guard {
+            corrects: true,
+            ..Guard::new(2, false)
         };
-        let mut guard = Guard::new(2, false);
-        guard.told(knows(1e-3), said(0.5));
-        assert_eq!(guard.share(), 0.5);
-        // it goes on with another part, and ends where that says so
-        guard.contours.squares = [1.0, 2.0];
-        guard.told(knows(2e-3), said(1.0));
-        assert!(guard.share() == 1.0 && guard.contours.squares == [0.0; 2]);
-        guard.told(knows(3e-3), said(0.0));
+        guard.contours.squares = [1.0, 0.5];
+        guard.told(knows(1e-3), Some(said(0.5)));
+        assert!(guard.share() == 0.5 && guard.contours.squares == [0.0; 2]);
+        guard.told(knows(2e-3), Some(said(0.0)));
         assert_eq!(guard.share(), 0.0);
-        // what the drives have foreseen
-        let mut guard = Guard::new(2, false);
-        guard.contours.peaks = [1.0, 1.05];
-        guard.told(knows(1e-3), said(1.0));
-        assert!(guard.share() == 0.0 && guard.contours.peaks == [1.0, 1.05]);
+        // whatever is foreseen then, until a rehearsal with more says something else
+        guard.contours.squares = [100.0, 1.0];
+        guard.contours.time_s = 10.0;
+        guard.returns.counted = vec![3, 3];
+        guard.decide();
+        assert!(guard.share() == 0.0 && guard.may_ask());
+        guard.told(knows(3e-3), Some(said(1.0)));
+        assert_eq!(guard.share(), 1.0);
     }
 
     #[test]
