@@ -306,8 +306,8 @@ impl<'a> Simulation<'a> {
                 ..Kept::default()
             };
             let rehearser = Rehearser::new(setup, &variants, threads);
-            let rehearse = |variant: usize, memory: &Memory, upto_s: f64| {
-                rehearser.rehearse(variant, memory, upto_s)
+            let rehearse = |variant: usize, memory: &Memory, so_far_s: Option<f64>| {
+                rehearser.rehearse(variant, memory, so_far_s)
             };
             let rehearsals = Rehearsals {
                 machine: setup.machine,

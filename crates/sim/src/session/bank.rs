@@ -242,7 +242,7 @@ impl Bank {
             let variant = variant_of[lane];
             if axis.heeds_others() && guards[variant].is_none() {
                 let said = rehearsals.zip(memory);
-                let said = said.and_then(|(asked, memory)| (asked.rehearse)(variant, memory, 0.0));
+                let said = said.and_then(|(asked, memory)| (asked.rehearse)(variant, memory, None));
                 guards[variant] = Some(match (variants[variant].rehearsed, said) {
                     (Some((part, skips)), _) => Guard::fixed(count, part, skips.clone()),
                     (None, Some(said)) => Guard::rehearsed(count, said),
@@ -498,7 +498,7 @@ impl Bank {
             if let Some(guard) = &mut self.guards[variant]
                 && guard.asks(&memory)
             {
-                let said = (rehearsals.rehearse)(variant, &memory, self.time_s);
+                let said = (rehearsals.rehearse)(variant, &memory, Some(self.time_s));
                 guard.told(memory, said);
             }
         }

@@ -71,8 +71,8 @@ pub(crate) struct Rehearsed {
 }
 
 /// Who rehearses a variant, by its number, whose drives know this; `None` where nothing is to be said.
-/// `upto_s`: how far of the program at least.
-pub(crate) type Rehearse<'a> = dyn Fn(usize, &Memory, f64) -> Option<Rehearsed> + Sync + 'a;
+/// While they learn, with the time of the motion so far, s.
+pub(crate) type Rehearse<'a> = dyn Fn(usize, &Memory, Option<f64>) -> Option<Rehearsed> + Sync + 'a;
 
 /// Who rehearses the variants of a machine.
 #[derive(Clone, Copy)]

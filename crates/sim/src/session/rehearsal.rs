@@ -1,5 +1,6 @@
 //! With a memory the control rehearses the start of a program before it begins: the machine as its
-//! drives have learned it, without a correction and with it, on the same plan.
+//! drives have learned it, without a correction and with it, on the same plan. Without one it does so once
+//! the drives have learned enough to correct, from the start up to where the program is and a minute on.
 //!
 //! Nothing but what drives are set up with and have learned enters: loads and gaps are those of their
 //! memory. So what the gap of one axis hides of the overshoot of another is known before a corner is
@@ -7,7 +8,7 @@
 //!
 //! ```text
 //! whole    1 but in the stretches that are left out (`skips`), of up to ten minutes, where 1 is worse; if that is of no use
-//! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um
+//! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um    (1.003 and 0.075 um while drives learn)
 //! over     the way on which each axis comes back twice, 10 s at least, 120 s at most
 //! ```
 
@@ -28,21 +29,38 @@ use std::sync::Arc;
 /// The parts of a correction that are tried. A choice: eighths, an eighth of a gap
 /// leaves an eighth of the error.
 const SHARES: [f64; 6] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.25];
-/// RMS and peak with a correction over those without up to which it is used, and what may be on top of
-/// the peak, mm. A choice: three quarters of what counts as worse in the study.
-const NO_WORSE: (f64, f64) = (1.015, 3.75e-4);
+/// How much larger RMS and peak may be with a correction: as a part, and what may be on top of the peak, mm.
+#[derive(Clone, Copy, Debug)]
+struct Leeway {
+    /// Up to which the correction is used.
+    used: (f64, f64),
+    /// At which a correction that leaves stretches out is aimed: less, since one that ends and begins adds
+    /// something.
+    aimed: (f64, f64),
+}
+
+/// With a memory. A choice: three quarters of what counts as worse in the study.
+const REMEMBERING: Leeway = Leeway {
+    used: (1.015, 3.75e-4),
+    aimed: (1.01, 2.5e-4),
+};
+/// While drives learn. A choice: a fifth of that, since what they know by then is off by some per cent.
+const STILL_LEARNING: Leeway = Leeway {
+    used: (1.003, 7.5e-5),
+    aimed: (1.0, 2.5e-5),
+};
 /// How often each axis has to come back, and how long is rehearsed at least and at most, s. A choice:
 /// as often as the guard wants; peaks of loads that bounce need some rounds; slow programs
 /// come back late.
 const REHEARSED: (u32, [f64; 2]) = (2, [10.0, 120.0]);
-/// The same of a correction that leaves stretches out: the whole program, up to ten minutes of it, and nothing is
+/// How far beyond where the program is it is rehearsed while drives learn, s. A choice: a lap of most parts; 10 s
+/// did not reach the corner in which 20261124-15 is worse.
+const AHEAD_S: f64 = 60.0;
+/// How often and how long of a correction that leaves stretches out: the whole program, up to ten minutes of it, and nothing is
 /// corrected behind them. A choice: a minute and a half of computing at most.
 const WHOLE: (u32, [f64; 2]) = (u32::MAX, [600.0, 600.0]);
 /// Rehearsals of such a correction. A choice: stretches double each time.
 const ROUNDS: usize = 4;
-/// Peak over that without a correction up to which it is aimed at, and what may be on top, mm: less than is
-/// allowed, since a correction that ends and begins adds something.
-const AIM: (f64, f64) = (1.01, 2.5e-4);
 /// Commands that go through the stages at a time. A choice: rounds of a part take longer.
 const CHUNK_SAMPLES: usize = 500;
 
@@ -66,13 +84,14 @@ impl<'a> Rehearser<'a> {
         }
     }
 
-    /// Rehearses a variant whose drives know this; `None` where nothing is to be said: no axis has
-    /// a gap, the load of one may float, or the program cannot be run.
+    /// Rehearses a variant whose drives know this, while they learn with the time of the motion so far;
+    /// `None` where nothing is to be said: no axis has a gap, the load of one may float, or the program
+    /// cannot be run.
     pub(crate) fn rehearse(
         &self,
         variant: usize,
         memory: &Memory,
-        upto_s: f64,
+        so_far_s: Option<f64>,
     ) -> Option<Rehearsed> {
         let choice = self.variants.get(variant)?.choice()?;
         // A load that may float holds the others back until more is known: nothing can be rehearsed.
@@ -98,35 +117,37 @@ impl<'a> Rehearser<'a> {
         };
         // Mostly the whole correction is no worse: others are tried where it is.
         let none = Skips::default();
+        let leeway = so_far_s.map_or(REMEMBERING, |_| STILL_LEARNING);
         let (times, [least_s, most_s]) = REHEARSED;
-        let least_s = (upto_s + least_s).min(WHOLE.1[1]);
+        let least_s = so_far_s.map_or(least_s, |so_far_s| (so_far_s + AHEAD_S).min(WHOLE.1[1]));
         let over = (times, [least_s, most_s.max(least_s)]);
         let (whole, parts) = SHARES.split_at(1);
         let start = self.measure(&setup, choice, whole, &none, &over).ok()?;
-        if let Some(said) = start.no_worse() {
+        if let Some(said) = start.no_worse(leeway) {
             return Some(said);
         }
-        let spared = self.sparing(&setup, choice);
+        let spared = self.sparing(&setup, choice, leeway);
         if spared.is_some() {
             return spared;
         }
         let part = self.measure(&setup, choice, parts, &none, &over).ok()?;
-        Some(part.no_worse().unwrap_or_else(|| part.nothing()))
+        Some(part.no_worse(leeway).unwrap_or_else(|| part.nothing()))
     }
 
     /// The whole correction but where the contour would be worse, of a program as far as it is
     /// rehearsed; `None` where that is of no use.
-    fn sparing(&self, setup: &Setup<'_>, choice: &Choice) -> Option<Rehearsed> {
+    fn sparing(&self, setup: &Setup<'_>, choice: &Choice, leeway: Leeway) -> Option<Rehearsed> {
         let period_s = setup.machine.cycles().command().period_s();
         let mut skips = Skips::default();
         for _ in 0..ROUNDS {
             let measured = self
                 .measure(setup, choice, &SHARES[..1], &skips, &WHOLE)
                 .ok()?;
-            if let Some(said) = measured.no_worse() {
+            if let Some(said) = measured.no_worse(leeway) {
                 return Some(said);
             }
-            let most_mm = AIM.0 * measured.peak_mm() + AIM.1;
+            let (part, on_top) = leeway.aimed;
+            let most_mm = part * measured.peak_mm() + on_top;
             skips = skips.widened(&measured.steps, most_mm, period_s, measured.is_whole)?;
         }
         None
@@ -212,15 +233,15 @@ struct Measured {
 
 impl Measured {
     /// The largest part with which the contour is no worse.
-    fn no_worse(&self) -> Option<Rehearsed> {
+    fn no_worse(&self, leeway: Leeway) -> Option<Rehearsed> {
+        let (part, on_top) = leeway.used;
         let found = self
             .shares
             .iter()
             .zip(&self.contours)
             .find(|(_, contours)| {
                 let ([without, with], [highest, high]) = (mean_squares(contours), contours.peaks);
-                with <= NO_WORSE.0 * NO_WORSE.0 * without
-                    && high <= NO_WORSE.0 * highest + NO_WORSE.1
+                with <= part * part * without && high <= part * highest + on_top
             });
         found.map(|(share, _)| Rehearsed {
             share: *share,
