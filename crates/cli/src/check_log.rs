@@ -9,12 +9,12 @@ use crate::parts::{failure, shown, to_json};
 use clap::{Args, ValueEnum};
 use lostmotion::base::AxisId;
 use lostmotion::logs::{
-    ColumnSpec, PositionKind, PositionLog, PositionOptions, Unit, read_positions,
+    ColumnSpec, PositionKind, PositionLog, PositionOptions, PositionParts, Unit,
 };
 use lostmotion::report::text;
 use lostmotion::sim::recorded::results::RecordKind;
-use lostmotion::sim::recorded::{RecordOptions, Recorded, RecordedAxis};
-use lostmotion::sim::{Machine, SimulateOptions, Simulation};
+use lostmotion::sim::recorded::{RecordOptions, Recorded, RecordedAxis, SHARED_ROWS};
+use lostmotion::sim::{Machine, SimError, SimulateOptions, Simulation};
 use std::path::PathBuf;
 
 /// What a log holds.
@@ -87,20 +87,72 @@ pub(crate) fn run(args: &CheckLog, quiet: bool) -> Result<u8, Failure> {
         ..SimulateOptions::default()
     };
     let options = args.on.options(&machine, options)?;
-    let log = read(args, &machine, quiet)?;
+    let mut parts = open_parts(args, &machine)?;
+    let mut is_first = true;
+    let mut next = || -> Result<Option<(Recorded, usize)>, Stopped> {
+        let read = parts
+            .next_part()
+            .map_err(|error| Stopped::Log(error.into()))?;
+        let Some((log, shared)) = read else {
+            return Ok(None);
+        };
+        if std::mem::take(&mut is_first) {
+            check_units(args, &machine, &log).map_err(Stopped::Log)?;
+            if !quiet && args.kind.is_none() && log.kind.is_none() {
+                output::remark(&format!(
+                    "{}: taken for commanded positions; for what encoders or scales have read add --kind measured",
+                    args.log.display()
+                ));
+            }
+        }
+        if !quiet {
+            for said in &log.said {
+                output::remark(&format!("{}: {said}", args.log.display()));
+            }
+        }
+        Ok(Some((recorded(args, log), shared)))
+    };
+    let wanted = RecordOptions {
+        keep_blocks: args.top,
+        max_moves: args.max_moves,
+        shifted: !args.no_shift,
+    };
+    let check = Simulation::new(&program, &machine)
+        .options(options)
+        .check_record_parts(&mut next, &wanted)
+        .map_err(|stopped| match stopped {
+            Stopped::Log(failure) => failure,
+            Stopped::Check(error) => failure(&program, &error, voice),
+        })?;
+    let name = args.log.display().to_string();
+    let text = text::record_check(&name, &check, &shown());
+    show(args.format, &to_json(&check)?, &text)?;
+    Ok(if check.is_within() { DONE } else { FOUND })
+}
+
+/// What ends a check.
+enum Stopped {
+    /// The log cannot be read.
+    Log(Failure),
+    /// It cannot be held against the program.
+    Check(SimError),
+}
+
+impl From<SimError> for Stopped {
+    fn from(error: SimError) -> Stopped {
+        Stopped::Check(error)
+    }
+}
+
+/// A part of the log as the check takes it.
+fn recorded(args: &CheckLog, log: PositionLog) -> Recorded {
     let kind = match (args.kind, log.kind) {
         (Some(Kind::Commanded), _) | (None, Some(PositionKind::Commanded) | None) => {
             RecordKind::Commanded
         }
         (Some(Kind::Measured), _) | (None, Some(PositionKind::Measured)) => RecordKind::Measured,
     };
-    if !quiet && args.kind.is_none() && log.kind.is_none() {
-        output::remark(&format!(
-            "{}: taken for commanded positions; for what encoders or scales have read add --kind measured",
-            args.log.display()
-        ));
-    }
-    let recorded = Recorded {
+    Recorded {
         time_s: log.time_s,
         axes: log
             .axes
@@ -112,30 +164,18 @@ pub(crate) fn run(args: &CheckLog, quiet: bool) -> Result<u8, Failure> {
             .collect(),
         kind,
         of_tool: args.positions == Positions::Tool,
-    };
-    let wanted = RecordOptions {
-        keep_blocks: args.top,
-        max_moves: args.max_moves,
-        shifted: !args.no_shift,
-    };
-    let check = Simulation::new(&program, &machine)
-        .options(options)
-        .check_record(&recorded, &wanted)
-        .map_err(|error| failure(&program, &error, voice))?;
-    let name = args.log.display().to_string();
-    let text = text::record_check(&name, &check, &shown());
-    show(args.format, &to_json(&check)?, &text)?;
-    Ok(if check.is_within() { DONE } else { FOUND })
+    }
 }
 
-/// The positions of the log; what was found and taken for granted goes to stderr.
-fn read(args: &CheckLog, machine: &Machine, quiet: bool) -> Result<PositionLog, Failure> {
+/// The log, of which one part at a time is in memory.
+fn open_parts(args: &CheckLog, machine: &Machine) -> Result<PositionParts<'static>, Failure> {
     let axes: Vec<AxisId> = if args.positions == Positions::Tool {
         AxisId::ALL.to_vec()
     } else {
         machine.axes().iter().map(|axis| axis.id).collect()
     };
     let defaults = PositionOptions::default();
+    let part_rows = defaults.max_rows;
     let options = PositionOptions {
         read: args.rows.read_options(),
         columns: args.column.clone(),
@@ -148,11 +188,20 @@ fn read(args: &CheckLog, machine: &Machine, quiet: bool) -> Result<PositionLog, 
         unit: args.unit,
         from_s: args.rows.from.unwrap_or(defaults.from_s),
         to_s: args.rows.to.unwrap_or(defaults.to_s),
-        max_rows: args.rows.rows.unwrap_or(defaults.max_rows),
+        max_rows: args.rows.rows.unwrap_or(usize::MAX),
     };
     let name = args.log.display().to_string();
-    let log = read_positions(open(&args.log)?, &name, &options)?;
-    // An axis that turns is in degrees, one that does not in millimetres.
+    Ok(PositionParts::new(
+        open(&args.log)?,
+        &name,
+        &options,
+        part_rows,
+        SHARED_ROWS,
+    )?)
+}
+
+/// An axis that turns is in degrees, one that does not in millimetres.
+fn check_units(args: &CheckLog, machine: &Machine, log: &PositionLog) -> Result<(), Failure> {
     for axis in &log.axes {
         let turns = machine
             .axis(axis.axis)
@@ -161,7 +210,8 @@ fn read(args: &CheckLog, machine: &Machine, quiet: bool) -> Result<PositionLog, 
         {
             return Err(Failure::with_hint(
                 format!(
-                    "{name}: the position of axis {} is {}, but the axis of the machine is {}",
+                    "{}: the position of axis {} is {}, but the axis of the machine is {}",
+                    args.log.display(),
                     axis.axis,
                     if axis.is_angle {
                         "an angle"
@@ -174,10 +224,5 @@ fn read(args: &CheckLog, machine: &Machine, quiet: bool) -> Result<PositionLog, 
             ));
         }
     }
-    if !quiet {
-        for said in &log.said {
-            output::remark(&format!("{name}: {said}"));
-        }
-    }
-    Ok(log)
+    Ok(())
 }

@@ -44,7 +44,7 @@ pub(crate) struct LogRows {
     /// Last time taken, s of the log
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(crate) to: Option<f64>,
-    /// Most rows taken, from the first time on: 200000 unless told
+    /// Most rows taken, from the first time on: 200000 unless told; all by `check-log`
     #[arg(long, value_name = "N")]
     pub(crate) rows: Option<usize>,
     /// Most memory for a log that is no text, in MB: the whole of a Parquet file, a chunk of an MCAP
@@ -238,14 +238,18 @@ pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
             let unit = channel
                 .unit
                 .map_or("unit not told".to_owned(), |unit| unit.to_string());
-            text += &format!(
-                "  {:>3} {} ({unit}): {} to {}, {} changes\n",
-                place + 1,
-                channel.name,
-                extent.least,
-                extent.most,
-                extent.changes.saturating_sub(1),
-            );
+            text += &format!("  {:>3} {} ", place + 1, channel.name);
+            // Of a column of texts, or a channel that was never written.
+            text += &if extent.least > extent.most {
+                "holds no numbers\n".to_owned()
+            } else {
+                format!(
+                    "({unit}): {} to {}, {} changes\n",
+                    extent.least,
+                    extent.most,
+                    extent.changes.saturating_sub(1),
+                )
+            };
         }
     }
     output::print(&text)?;

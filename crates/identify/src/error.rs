@@ -295,6 +295,34 @@ pub enum Cause {
     OtherAxis,
 }
 
+impl FitError {
+    /// Whether signs, units or columns of the log are certainly mistaken, so that nothing that is
+    /// found in it counts.
+    pub const fn is_of_the_log(&self) -> bool {
+        matches!(self, FitError::Implausible { cause, .. } if cause.is_of_the_log())
+    }
+}
+
+impl Cause {
+    /// Whether the columns are mistaken whatever axis they are of: signs, columns exchanged, or a
+    /// factor that no wrong description comes near. Smaller factors may be another inertia, and rows
+    /// far apart a slow log.
+    const fn is_of_the_log(&self) -> bool {
+        matches!(
+            self,
+            Cause::CurrentSign
+                | Cause::PositionSigns
+                | Cause::ColumnUnits
+                | Cause::SwappedColumns
+                | Cause::MixedColumns
+                | Cause::Thousand
+                | Cause::Micrometres
+                | Cause::Inches
+                | Cause::Degrees
+        )
+    }
+}
+
 /// How a solver ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

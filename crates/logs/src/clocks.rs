@@ -29,6 +29,15 @@ impl Track {
         self.columns.iter_mut().for_each(Vec::clear);
     }
 
+    /// Puts the rows of another one behind its own.
+    pub(crate) fn append(&mut self, mut other: Track) {
+        self.time_s.append(&mut other.time_s);
+        self.line.append(&mut other.line);
+        for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
+            column.append(more);
+        }
+    }
+
     /// Mean time between two samples; infinite where there are fewer than two.
     pub(crate) fn period_s(&self) -> f64 {
         match (self.time_s.first(), self.time_s.last()) {

@@ -24,122 +24,185 @@ pub(crate) fn collect(
     part: &Part,
     said: &mut Vec<String>,
 ) -> Result<Track, LogError> {
-    let name = reader.name().to_owned();
-    let header = reader.header().clone();
-    // Groups that are asked for, each with the places of its channels among the roles.
-    let mut groups: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
-    for (role, other) in assigned.iter().enumerate() {
-        let Some(channel) = header.channels.get(other.channel) else {
-            continue;
-        };
-        let within = header
-            .group(channel.group)
-            .position(|place| place == other.channel);
-        let entry = (role, within.unwrap_or_default());
-        match groups.iter_mut().find(|(group, _)| *group == channel.group) {
-            Some((_, members)) => members.push(entry),
-            None => groups.push((channel.group, vec![entry])),
-        }
-    }
-    let fresh = || -> Vec<Track> {
-        groups
-            .iter()
-            .map(|(_, members)| Track::new(members.len()))
-            .collect()
-    };
-    let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
-    let (mut tracks, mut best) = (fresh(), fresh());
-    let (mut recording, mut recordings, mut more) = (0, 1u32, false);
-    let mut row = Row::default();
-    while reader.next_row(&mut row)? {
-        let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
-            continue;
-        };
-        if row.part != recording {
-            (recording, recordings) = (row.part, recordings + 1);
-            // Time was lost: the longest part is kept.
-            if rows_of(&tracks) > rows_of(&best) {
-                std::mem::swap(&mut tracks, &mut best);
-            }
-            tracks.iter_mut().for_each(Track::clear);
-        }
-        let track = &mut tracks[place];
-        if let Some(&before_s) = track.time_s.last()
-            && row.time_s <= before_s
-        {
-            return Err(LogError::line(
-                &name,
-                row.line,
-                format!(
-                    "the time {} s is not after {before_s} s, the time of the row before",
-                    row.time_s
-                ),
-                "rows have to be in order of time, none twice",
-            )
-            .counting(header.format.counted()));
-        }
-        if row.time_s < part.from_s {
-            continue;
-        }
-        if row.time_s > part.to_s {
-            break;
-        }
-        if track.len() == part.max_rows {
-            more = true;
-            break;
-        }
-        track.time_s.push(row.time_s);
-        track.line.push(row.line);
-        for (column, (role, within)) in groups[place].1.iter().enumerate() {
-            let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
-            track.columns[column].push(value * factors[*role]);
-        }
-    }
-    if rows_of(&best) > rows_of(&tracks) {
-        tracks = best;
-    }
-    if recordings > 1 {
-        said.push(format!(
-            "time was lost between {recordings} parts of the log: the longest one is taken, {} rows",
-            rows_of(&tracks)
-        ));
-    }
-    if more {
+    let mut collector = Collector::new(reader, assigned);
+    let track = collector.part(reader, factors, part, said)?;
+    if collector.has_more {
         said.push(format!(
             "the first {} rows are taken; more with --rows, others with --from and --to",
             part.max_rows
         ));
     }
-    let scale = reader.time_scale_s();
-    let mut merged = if tracks.len() == 1 {
-        tracks.pop().unwrap_or_default()
-    } else {
-        if tracks.iter().any(|track| track.len() < 2) {
-            return Err(LogError::file(
-                &name,
-                "a column has fewer than two values",
-                "",
+    Ok(track)
+}
+
+/// Collects rows part by part.
+pub(crate) struct Collector {
+    /// Groups that are asked for, each with the places of its channels among the roles.
+    groups: Vec<(usize, Vec<(usize, usize)>)>,
+    /// A row that was read and not taken yet.
+    waiting: Option<Row>,
+    recording: u32,
+    /// Time of the last row that was taken of the only clock, s of the log.
+    last_s: f64,
+    /// Whether there are rows behind the last part.
+    pub(crate) has_more: bool,
+}
+
+impl Collector {
+    pub(crate) fn new(reader: &LogReader<'_>, assigned: &[Assigned]) -> Collector {
+        let header = reader.header();
+        let mut groups: Vec<(usize, Vec<(usize, usize)>)> = Vec::new();
+        for (role, other) in assigned.iter().enumerate() {
+            let Some(channel) = header.channels.get(other.channel) else {
+                continue;
+            };
+            let within = header
+                .group(channel.group)
+                .position(|place| place == other.channel);
+            let entry = (role, within.unwrap_or_default());
+            match groups.iter_mut().find(|(group, _)| *group == channel.group) {
+                Some((_, members)) => members.push(entry),
+                None => groups.push((channel.group, vec![entry])),
+            }
+        }
+        Collector {
+            groups,
+            waiting: None,
+            recording: 0,
+            last_s: f64::NEG_INFINITY,
+            has_more: false,
+        }
+    }
+
+    /// Whether parts can follow the first one: channels of several clocks are not cut at one place.
+    pub(crate) fn has_one_clock(&self) -> bool {
+        self.groups.len() == 1
+    }
+
+    /// The next rows, at most as many as the part says.
+    pub(crate) fn part(
+        &mut self,
+        reader: &mut LogReader<'_>,
+        factors: &[f64],
+        part: &Part,
+        said: &mut Vec<String>,
+    ) -> Result<Track, LogError> {
+        let name = reader.name().to_owned();
+        let header = reader.header().clone();
+        let groups = &self.groups;
+        let fresh = || -> Vec<Track> {
+            groups
+                .iter()
+                .map(|(_, members)| Track::new(members.len()))
+                .collect()
+        };
+        let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
+        let (mut tracks, mut best) = (fresh(), fresh());
+        let mut recordings = 1u32;
+        let is_first = !self.has_more;
+        self.has_more = false;
+        let mut row = Row::default();
+        loop {
+            match self.waiting.take() {
+                Some(waiting) => row = waiting,
+                None if reader.next_row(&mut row)? => {}
+                None => break,
+            }
+            let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
+                continue;
+            };
+            if row.part != self.recording {
+                if !is_first {
+                    said.push(format!(
+                        "time was lost at {:.6} s: what is behind is not taken; give it with --from",
+                        row.time_s * reader.time_scale_s()
+                    ));
+                    break;
+                }
+                (self.recording, recordings) = (row.part, recordings + 1);
+                // Time was lost: the longest part is kept.
+                if rows_of(&tracks) > rows_of(&best) {
+                    std::mem::swap(&mut tracks, &mut best);
+                }
+                tracks.iter_mut().for_each(Track::clear);
+                self.last_s = f64::NEG_INFINITY;
+            }
+            let track = &mut tracks[place];
+            let before_s = track.time_s.last().copied().unwrap_or(self.last_s);
+            if row.time_s <= before_s {
+                return Err(LogError::line(
+                    &name,
+                    row.line,
+                    format!(
+                        "the time {} s is not after {before_s} s, the time of the row before",
+                        row.time_s
+                    ),
+                    "rows have to be in order of time, none twice",
+                )
+                .counting(header.format.counted()));
+            }
+            if row.time_s < part.from_s {
+                continue;
+            }
+            if row.time_s > part.to_s {
+                break;
+            }
+            if track.len() == part.max_rows {
+                self.has_more = true;
+                self.waiting = Some(row);
+                break;
+            }
+            track.time_s.push(row.time_s);
+            track.line.push(row.line);
+            for (column, (role, within)) in groups[place].1.iter().enumerate() {
+                let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
+                track.columns[column].push(value * factors[*role]);
+            }
+        }
+        if rows_of(&best) > rows_of(&tracks) {
+            tracks = best;
+            // What follows is of another recording.
+            (self.has_more, self.waiting) = (false, None);
+        }
+        if recordings > 1 {
+            said.push(format!(
+                "time was lost between {recordings} parts of the log: the longest one is taken, {} rows",
+                rows_of(&tracks)
             ));
         }
-        let merged = on_one_clock(&tracks);
-        said.push(format!(
-            "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
-            groups.len(),
-            1e3 * merged.period_s()
-        ));
-        merged
-    };
-    merged.counted = header.format.counted();
-    if scale != 1.0 {
-        merged.time_s.iter_mut().for_each(|time| *time *= scale);
+        let scale = reader.time_scale_s();
+        let mut merged = if tracks.len() == 1 {
+            let track = tracks.pop().unwrap_or_default();
+            self.last_s = track.time_s.last().copied().unwrap_or(self.last_s);
+            track
+        } else {
+            if tracks.iter().any(|track| track.len() < 2) {
+                return Err(LogError::file(
+                    &name,
+                    "a column has fewer than two values",
+                    "",
+                ));
+            }
+            let merged = on_one_clock(&tracks);
+            said.push(format!(
+                "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
+                groups.len(),
+                1e3 * merged.period_s()
+            ));
+            merged
+        };
+        merged.counted = header.format.counted();
+        if scale != 1.0 {
+            merged.time_s.iter_mut().for_each(|time| *time *= scale);
+        }
+        // Columns in the order of the roles.
+        let order: Vec<usize> = groups
+            .iter()
+            .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
+            .collect();
+        let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
+        columns.sort_by_key(|(role, _)| *role);
+        merged.columns = columns.into_iter().map(|(_, column)| column).collect();
+        Ok(merged)
     }
-    // Columns in the order of the roles.
-    let order: Vec<usize> = groups
-        .iter()
-        .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
-        .collect();
-    let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
-    columns.sort_by_key(|(role, _)| *role);
-    merged.columns = columns.into_iter().map(|(_, column)| column).collect();
-    Ok(merged)
 }

@@ -67,7 +67,9 @@ mod unit;
 pub use axis::{AxisLog, AxisOptions, DriveSignal, read_axis};
 pub use ballbar::{BallbarLog, BallbarOptions, read_ballbar};
 pub use error::LogError;
-pub use positions::{AxisPositions, PositionKind, PositionLog, PositionOptions, read_positions};
+pub use positions::{
+    AxisPositions, PositionKind, PositionLog, PositionOptions, PositionParts, read_positions,
+};
 pub use reader::LogReader;
 pub use roles::{ColumnSpec, Role};
 pub use source::{Channel, Format, Header, ReadOptions, Row};

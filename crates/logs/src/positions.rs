@@ -2,9 +2,9 @@
 
 use crate::axis::{DEFAULT_ROWS, FEWEST_ROWS};
 use crate::clocks::Track;
-use crate::collect::{Part, collect};
+use crate::collect::{Collector, Part};
 use crate::error::LogError;
-use crate::motion::{held, jumps, unwrap, wrap};
+use crate::motion::{Jump, held, jumps, unwrap, wrap};
 use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign_told};
 use crate::source::{Format, Header, ReadOptions};
@@ -118,63 +118,246 @@ pub fn read_positions(
     name: &str,
     options: &PositionOptions,
 ) -> Result<PositionLog, LogError> {
-    let mut read = options.read.clone();
-    for spec in &options.columns {
-        match spec.role {
-            Role::Axis(_) => {}
-            Role::Time => {
-                read.time_column = Some(spec.name.clone());
-                read.time_unit = spec.unit;
+    let mut parts = PositionParts::new(input, name, options, options.max_rows, 0)?;
+    match parts.next_part()? {
+        Some((log, _)) => Ok(log),
+        None => Err(LogError::file(name, "0 rows of data can be used", "")),
+    }
+}
+
+/// A log of several axes, read part by part: as [`read_positions`], of a log that is larger than
+/// memory.
+///
+/// How long values are held is told by the first part. A log of several clocks has one part, and
+/// where time was lost behind the first one, the log ends; both are said.
+pub struct PositionParts<'a> {
+    name: String,
+    reader: LogReader<'a>,
+    format: Format,
+    assigned: Vec<Assigned>,
+    factors: Vec<f64>,
+    angles: Vec<bool>,
+    kind: Option<PositionKind>,
+    collector: Collector,
+    part: Part,
+    /// Rows that may still be taken.
+    left: usize,
+    part_rows: usize,
+    shared_rows: usize,
+    said: Vec<String>,
+    /// Rows that a value is held for, and the first of them; none before the first part.
+    held: Option<(usize, usize)>,
+    /// Rows of the log up to now.
+    rows: usize,
+    /// The last rows, as they stand in the log, and where turns are added up to in the first of them.
+    tail: Track,
+    added_up: Vec<f64>,
+    ended: bool,
+}
+
+impl<'a> PositionParts<'a> {
+    /// Reads the header; parts have so many new rows, and begin with so many of the part before.
+    ///
+    /// # Errors
+    /// As [`read_positions`].
+    pub fn new(
+        input: impl BufRead + 'a,
+        name: &str,
+        options: &PositionOptions,
+        part_rows: usize,
+        shared_rows: usize,
+    ) -> Result<PositionParts<'a>, LogError> {
+        let mut read = options.read.clone();
+        for spec in &options.columns {
+            match spec.role {
+                Role::Axis(_) => {}
+                Role::Time => {
+                    read.time_column = Some(spec.name.clone());
+                    read.time_unit = spec.unit;
+                }
+                other => {
+                    let what = format!("column {other}={}: this log is of several axes", spec.name);
+                    let hint = "its roles are time and the letters of axes: x=NAME,unit=mm";
+                    return Err(LogError::file(name, what, hint));
+                }
             }
-            other => {
-                let what = format!("column {other}={}: this log is of several axes", spec.name);
-                let hint = "its roles are time and the letters of axes: x=NAME,unit=mm";
-                return Err(LogError::file(name, what, hint));
+        }
+        let mut reader = LogReader::new(input, name, &read)?;
+        let header = reader.header().clone();
+        let mut assigned = assign_told(name, &header, &options.columns)?;
+        let mut said = vec![format!("format: {}", header.format)];
+        said.extend(header.said.iter().cloned());
+        let kind = assign_named(name, &header, options, &mut assigned, &mut said)?;
+        assigned.sort_by_key(|other| other.role);
+        check_needed(name, &header, &assigned, &options.needed)?;
+        let (factors, angles) = factors(name, &header, &assigned, options.unit, &mut said)?;
+        let channels: Vec<usize> = assigned.iter().map(|other| other.channel).collect();
+        reader.select(&channels);
+        Ok(PositionParts {
+            name: name.to_owned(),
+            format: header.format,
+            collector: Collector::new(&reader, &assigned),
+            reader,
+            tail: Track::new(assigned.len()),
+            added_up: vec![0.0; assigned.len()],
+            assigned,
+            factors,
+            angles,
+            kind,
+            part: Part {
+                from_s: options.from_s,
+                to_s: options.to_s,
+                max_rows: 0,
+            },
+            left: options.max_rows,
+            part_rows,
+            shared_rows,
+            said,
+            held: None,
+            rows: 0,
+            ended: false,
+        })
+    }
+
+    /// The next part, and how many of its rows are the last ones of the part before; `None` behind
+    /// the last one.
+    ///
+    /// # Errors
+    /// As [`read_positions`].
+    pub fn next_part(&mut self) -> Result<Option<(PositionLog, usize)>, LogError> {
+        if self.ended {
+            return Ok(None);
+        }
+        let mut said = std::mem::take(&mut self.said);
+        let is_first = self.held.is_none();
+        self.part.max_rows = self.part_rows.min(self.left);
+        let mut track =
+            self.collector
+                .part(&mut self.reader, &self.factors, &self.part, &mut said)?;
+        self.left -= track.len().min(self.left);
+        let goes_on = self.collector.has_more && self.collector.has_one_clock() && self.left > 0;
+        self.ended = !goes_on;
+        if self.collector.has_more && !goes_on {
+            said.push(format!(
+                "the first {} rows are taken; more with --rows, others with --from and --to",
+                self.rows + track.len()
+            ));
+        }
+        said.extend(self.reader.remarks());
+        let before = self.rows;
+        self.rows += track.len();
+        let (step, first) = *self.held.get_or_insert_with(|| held_rows(&track));
+        if step > 1 {
+            if is_first {
+                said.push(format!(
+                    "values are held for {step} rows: one of them is taken"
+                ));
+            }
+            // The first of them that is not before this part.
+            let behind = before.saturating_sub(first) % step;
+            let phase = if before <= first {
+                first - before
+            } else {
+                (step - behind) % step
+            };
+            track.thin(phase, step);
+        }
+        if is_first && track.len() < FEWEST_ROWS {
+            let what = format!("{} rows of data can be used", track.len());
+            let hint = format!("at least {FEWEST_ROWS} are needed");
+            return Err(LogError::file(&self.name, what, hint));
+        }
+        let shared = self.tail.len();
+        let mut whole = std::mem::take(&mut self.tail);
+        whole.counted = track.counted;
+        whole.append(track);
+        let rest = whole.len().saturating_sub(self.shared_rows);
+        self.tail = whole.clone();
+        self.tail.keep(rest..whole.len());
+        self.mend(&mut whole, shared, &mut said);
+        self.added_up = whole
+            .columns
+            .iter()
+            .map(|column| column.get(rest).copied().unwrap_or_default())
+            .collect();
+        let axes = self.assigned.iter().zip(&self.angles).zip(whole.columns);
+        let log = PositionLog {
+            format: self.format,
+            time_s: whole.time_s,
+            line: whole.line,
+            axes: axes
+                .filter_map(|((other, is_angle), values)| match other.role {
+                    Role::Axis(axis) => Some(AxisPositions {
+                        axis,
+                        is_angle: *is_angle,
+                        values,
+                    }),
+                    _ => None,
+                })
+                .collect(),
+            kind: self.kind,
+            said,
+        };
+        Ok(Some((log, shared)))
+    }
+
+    /// Adds up turns, and says where a place jumps behind the shared rows.
+    fn mend(&self, track: &mut Track, shared: usize, said: &mut Vec<String>) {
+        let axes = self.assigned.iter().zip(&self.angles).zip(&self.added_up);
+        for (((other, &is_angle), &added_up), column) in axes.zip(&mut track.columns) {
+            let found = jumps(&track.time_s, column);
+            let new: Vec<&Jump> = found.iter().filter(|jump| jump.row >= shared).collect();
+            if let Some(period) = is_angle.then(|| wrap(&found, Some(TAU))).flatten() {
+                if !new.is_empty() {
+                    said.push(format!(
+                        "axis {} wraps {} times; it is added up",
+                        other.role,
+                        new.len()
+                    ));
+                }
+                unwrap(column, &found, period);
+            } else if let Some(jump) = new.first() {
+                let shown = if is_angle {
+                    jump.size.to_degrees()
+                } else {
+                    jump.size
+                };
+                said.push(format!(
+                    "{} {}: axis {} jumps by {shown:.4} {}{}: rows are missing, or it was commanded so",
+                    track.counted,
+                    track.line.get(jump.row).copied().unwrap_or_default(),
+                    other.role,
+                    if is_angle { "deg" } else { "mm" },
+                    if new.len() > 1 {
+                        format!(", and {} times more", new.len() - 1)
+                    } else {
+                        String::new()
+                    },
+                ));
+            }
+            // On from the turns of the parts before.
+            let turns = column
+                .first()
+                .filter(|_| is_angle && shared > 0)
+                .map_or(0.0, |first| ((added_up - first) / TAU).round() * TAU);
+            if turns != 0.0 {
+                column.iter_mut().for_each(|value| *value += turns);
             }
         }
     }
-    let mut reader = LogReader::new(input, name, &read)?;
-    let header = reader.header().clone();
-    let mut assigned = assign_told(name, &header, &options.columns)?;
-    let mut said = vec![format!("format: {}", header.format)];
-    said.extend(header.said.iter().cloned());
-    let kind = assign_named(name, &header, options, &mut assigned, &mut said)?;
-    assigned.sort_by_key(|other| other.role);
-    check_needed(name, &header, &assigned, &options.needed)?;
-    let (factors, angles) = factors(name, &header, &assigned, options.unit, &mut said)?;
-    let channels: Vec<usize> = assigned.iter().map(|other| other.channel).collect();
-    reader.select(&channels);
-    let part = Part {
-        from_s: options.from_s,
-        to_s: options.to_s,
-        max_rows: options.max_rows,
-    };
-    let mut track = collect(&mut reader, &assigned, &factors, &part, &mut said)?;
-    said.extend(reader.remarks());
-    mend(&mut track, &assigned, &angles, &mut said);
-    if track.len() < FEWEST_ROWS {
-        let what = format!("{} rows of data can be used", track.len());
-        let hint = format!("at least {FEWEST_ROWS} are needed");
-        return Err(LogError::file(name, what, hint));
-    }
-    let axes = assigned.iter().zip(angles).zip(track.columns);
-    Ok(PositionLog {
-        format: header.format,
-        time_s: track.time_s,
-        line: track.line,
-        axes: axes
-            .filter_map(|((other, is_angle), values)| match other.role {
-                Role::Axis(axis) => Some(AxisPositions {
-                    axis,
-                    is_angle,
-                    values,
-                }),
-                _ => None,
-            })
-            .collect(),
-        kind,
-        said,
-    })
+}
+
+/// How long values are held, and from which row on; an axis that moves freely shows the clock of the
+/// log, one that hardly moves shows none.
+fn held_rows(track: &Track) -> (usize, usize) {
+    let changes = |values: &[f64]| values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    track
+        .columns
+        .iter()
+        .filter(|values| changes(values) > FEWEST_CHANGES)
+        .map(|values| held(values))
+        .min_by_key(|(step, _)| *step)
+        .unwrap_or((1, 0))
 }
 
 /// Refuses a log without an axis that is needed, or without any.
@@ -408,53 +591,4 @@ fn factors(
         angles.push(quantity == Quantity::Angle);
     }
     Ok((factors, angles))
-}
-
-/// Takes held values once, adds up turns, and says where a place jumps.
-fn mend(track: &mut Track, assigned: &[Assigned], angles: &[bool], said: &mut Vec<String>) {
-    // An axis that moves freely shows the clock of the log; one that hardly moves shows none.
-    let changes = |values: &[f64]| values.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    let slowest = track
-        .columns
-        .iter()
-        .filter(|values| changes(values) > FEWEST_CHANGES)
-        .map(|values| held(values))
-        .min_by_key(|(step, _)| *step);
-    if let Some((step, first)) = slowest.filter(|(step, _)| *step > 1) {
-        said.push(format!(
-            "values are held for {step} rows: one of them is taken"
-        ));
-        track.thin(first, step);
-    }
-    for ((other, &is_angle), column) in assigned.iter().zip(angles).zip(&mut track.columns) {
-        let found = jumps(&track.time_s, column);
-        if let Some(period) = is_angle.then(|| wrap(&found, Some(TAU))).flatten() {
-            said.push(format!(
-                "axis {} wraps {} times; it is added up",
-                other.role,
-                found.len()
-            ));
-            unwrap(column, &found, period);
-            continue;
-        }
-        if let Some(jump) = found.first() {
-            let shown = if is_angle {
-                jump.size.to_degrees()
-            } else {
-                jump.size
-            };
-            said.push(format!(
-                "{} {}: axis {} jumps by {shown:.4} {}{}: rows are missing, or it was commanded so",
-                track.counted,
-                track.line.get(jump.row).copied().unwrap_or_default(),
-                other.role,
-                if is_angle { "deg" } else { "mm" },
-                if found.len() > 1 {
-                    format!(", and {} times more", found.len() - 1)
-                } else {
-                    String::new()
-                },
-            ));
-        }
-    }
 }

@@ -498,6 +498,21 @@ impl<'a> Simulation<'a> {
         recorded::check(&self.setup()?, recorded, options)
     }
 
+    /// As [`Simulation::check_record`], of a record that is larger than memory: `next` gives its parts
+    /// in order, each with how many rows of the part before it begins with
+    /// ([`SHARED_ROWS`](crate::recorded::SHARED_ROWS)). The place is found in the first part that
+    /// moves; the others go on behind it.
+    ///
+    /// # Errors
+    /// As [`Simulation::check_record`], and what `next` says.
+    pub fn check_record_parts<E: From<SimError>>(
+        &self,
+        next: &mut dyn FnMut() -> Result<Option<(Recorded, usize)>, E>,
+        options: &RecordOptions,
+    ) -> Result<RecordCheck, E> {
+        recorded::check_parts(&self.setup()?, next, options)
+    }
+
     fn setup(&self) -> Result<Setup<'_>, SimError> {
         Setup::new(
             self.program,

@@ -1,6 +1,6 @@
 //! What a log tells beside what an axis' description says.
 
-use super::scales::{Scales, figures, gap_figure};
+use super::scales::{Scales, figures, gap_figure, with_interval};
 use lostmotion::drive::config::{FrictionLaw, Load};
 use lostmotion::identify::BacklashFit;
 use lostmotion::identify::body::{Figure, RigidBody, ServoGains};
@@ -41,14 +41,12 @@ impl Finding {
         } else {
             "agrees"
         };
+        let [measured, low, high] = with_interval(self.measured);
         let text = format!(
-            "{}.{}: described {} {u}, measured {} (95 %: {} to {}): {words}\n",
+            "{}.{}: described {} {u}, measured {measured} (95 %: {low} to {high}): {words}\n",
             self.table,
             self.key,
             figures(self.described),
-            figures(self.measured.value),
-            figures(low),
-            figures(high),
             u = self.unit,
         );
         (text, differs)
@@ -206,12 +204,19 @@ impl Scales {
         let Some(law) = &servo.law else {
             return Vec::new();
         };
+        let described = axis.drive.position_gain_per_s;
+        let measured = law.position_gain_per_s;
+        // Of two laws that explain the log alike, the one nearer to the description: the log does not
+        // speak against it.
+        let alike = law.alike.map(|[gain, _]| gain);
+        let nearer =
+            alike.filter(|gain| (gain - described).abs() < (measured.value - described).abs());
         let mut findings = vec![Finding {
             table: "drive",
             key: "position_gain_per_s",
             unit: "1/s",
-            described: axis.drive.position_gain_per_s,
-            measured: law.position_gain_per_s,
+            described,
+            measured: nearer.map_or(measured, |gain| measured.times(gain / measured.value)),
         }];
         // A force asked for by a speed at the load, as a current asked for by one of the motor.
         if by_current && self.has_force() {

@@ -13,7 +13,7 @@ use clap::{Args, ValueHint};
 use findings::{Finding, gap_findings};
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{Motion, fit_body, fit_lost_motion, fit_servo, replay};
-use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion::identify::{BacklashFit, BacklashLog, FitError, FitSettings, fit_backlash};
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
 use scales::{Scales, figures, gap_text};
@@ -83,7 +83,16 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         }
         Err(reason) => untold.push(format!("lost motion: {reason}")),
     }
-    let gap = gap(&log, described.as_ref(), unit, &name);
+    let gap = match gap(&log, described.as_ref(), unit, &name) {
+        // In other units or with other signs everything else would be wrong, too.
+        Err(GapError::Fit(error)) if error.is_of_the_log() => {
+            return Err(Failure::with_hint(
+                format!("{name}: {error}"),
+                "say what the columns are with --column ROLE=NAME,unit=UNIT,sign=-,scale=FACTOR; without --axis the log is not held against it",
+            ));
+        }
+        found => found,
+    };
     // A long log is not held twice.
     let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
     drop(log);
@@ -168,20 +177,41 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     Ok(if differs { FOUND } else { DONE })
 }
 
+/// Why there is no gap.
+enum GapError {
+    /// What the log or the call lacks.
+    Missing(String),
+    /// What the fit says.
+    Fit(FitError),
+}
+
+impl std::fmt::Display for GapError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            GapError::Missing(what) => f.write_str(what),
+            GapError::Fit(error) => error.fmt(f),
+        }
+    }
+}
+
 /// The gap as `axis fit` finds it.
 fn gap(
     log: &AxisLog,
     described: Option<&AxisConfig>,
     unit: AxisUnit,
     name: &str,
-) -> Result<BacklashFit, String> {
+) -> Result<BacklashFit, GapError> {
+    let missing = |what: &str| Err(GapError::Missing(what.to_owned()));
     let (Some(axis), Some(DriveSignal::Current(current))) = (described, &log.drive) else {
-        return Err("needs the load's position, a current, and --axis".to_owned());
+        return missing("needs the load's position, a current, and --axis");
     };
     if log.load.is_empty() {
-        return Err("needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log".to_owned());
+        return missing(
+            "needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log",
+        );
     }
-    let scale = rad_per_unit(axis, unit, name).map_err(|failure| failure.text())?;
+    let scale =
+        rad_per_unit(axis, unit, name).map_err(|failure| GapError::Missing(failure.text()))?;
     let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect();
     BacklashLog::from_rows(
         &log.time_s,
@@ -190,5 +220,5 @@ fn gap(
         current.clone(),
     )
     .and_then(|log| fit_backlash(&log, &FitSettings::for_axis(axis)))
-    .map_err(|error| error.to_string())
+    .map_err(GapError::Fit)
 }

@@ -16,12 +16,26 @@ pub(super) fn figures(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
+/// A figure and the ends of its interval with as many decimals as the interval has two digits of, and
+/// the value three.
+pub(super) fn with_interval(figure: Figure) -> [String; 3] {
+    let [low, high] = figure.interval;
+    let all = [figure.value, low, high];
+    let largest = all.iter().fold(0.0, |top: f64, value| top.max(value.abs()));
+    if !(largest > 0.0 && largest.is_finite()) {
+        return all.map(|value| value.to_string());
+    }
+    let digit = |value: f64| lostmotion::base::math::log10(value).floor();
+    let of_value = 2.0 - digit(largest);
+    // Not more than six digits in all: of a clean log the interval is narrower than anything counts.
+    let of_interval = (1.0 - digit(high - low)).min(of_value + 3.0);
+    let decimals = of_value.max(of_interval).clamp(0.0, 9.0) as usize;
+    all.map(|value| format!("{value:.decimals$}"))
+}
+
 pub(super) fn line(what: &str, figure: Figure, unit: &str) -> String {
-    let [low, high] = figure.interval.map(figures);
-    format!(
-        "{what}: {} {unit} (95 %: {low} to {high})\n",
-        figures(figure.value)
-    )
+    let [value, low, high] = with_interval(figure);
+    format!("{what}: {value} {unit} (95 %: {low} to {high})\n")
 }
 
 /// Units of a log in those of the fits and of people.
@@ -198,8 +212,15 @@ impl Scales {
             }
             None => text += "the velocity loop has no integral part\n",
         }
+        if let Some([gain, time]) = law.alike {
+            text += &format!(
+                "  {} 1/s with {} ms explain the log alike, as the whole speed is fed forward: taken is the slower position loop\n",
+                figures(gain),
+                figures(1e3 * time)
+            );
+        }
         text += &format!(
-            "velocity feed-forward {}, measured speed {} ms old; {} % of the current is left unexplained\n",
+            "velocity feed-forward {}, measured speed or current {} ms late; {} % of the current is left unexplained\n",
             figures(law.feedforward),
             figures(1e3 * law.delay_s),
             figures(100.0 * law.residual_share),
@@ -224,4 +245,32 @@ pub(super) fn gap_text(fit: &BacklashFit, scales: &Scales) -> String {
         text += &format!("  the log does not tell it from zero: {reason}\n");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_shows_its_width() {
+        let shown = |value: f64, low: f64, high: f64| {
+            with_interval(Figure {
+                value,
+                error: 0.0,
+                interval: [low, high],
+            })
+            .join(" ")
+        };
+        assert_eq!(shown(898.3196, 897.946, 898.698), "898.32 897.95 898.70");
+        assert_eq!(shown(10.5, 4.09, 15.6), "10.5 4.1 15.6");
+        assert_eq!(shown(1073.0, -193.2, 2339.4), "1073 -193 2339");
+        assert_eq!(shown(-16.8, -26.0, -7.61), "-16.8 -26.0 -7.6");
+        // no more than six digits, however narrow
+        assert_eq!(
+            shown(9.99996, 9.999_95, 9.999_96),
+            "9.99996 9.99995 9.99996"
+        );
+        assert_eq!(shown(0.0, 0.0, 0.0), "0 0 0");
+        assert_eq!(shown(5.0, 5.0, 5.0), "5.00000 5.00000 5.00000");
+    }
 }

@@ -1,7 +1,7 @@
 //! Files of `axis identify`: the overlay, and the description with the source of every value.
 
 use super::findings::{Finding, STRIBECK_TABLE};
-use super::scales::{Scales, figures};
+use super::scales::{Scales, with_interval};
 use crate::output::{self, Failure};
 use lostmotion::drive::config::{FrictionLaw, Load, Stribeck};
 use lostmotion::identify::body::{BodyLog, Replayed};
@@ -53,7 +53,7 @@ pub(super) fn write_axis(
         // A value that nobody can have, such as friction below that of the motor, is not taken over.
         let told = finding.measured.is_told() && finding.measured.value > 0.0;
         if told && set(&mut axis, finding) {
-            let [low, high] = finding.measured.interval.map(figures);
+            let [_, low, high] = with_interval(finding.measured);
             let source = format!("measured: {log}, 95 %: {low} to {high}");
             sources.insert((finding.table, finding.key), source);
         } else {

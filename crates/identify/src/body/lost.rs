@@ -116,10 +116,24 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         }
         figure
     };
+    let whole = figure(&total);
+    let [low, high] = whole.interval;
+    if high < 0.0 {
+        return Err(
+            "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position"
+                .to_owned(),
+        );
+    }
+    if high - low > range {
+        return Err(
+            "motor and load do not go together: are both in the same unit? Else make more strokes"
+                .to_owned(),
+        );
+    }
     let along = figure(&|x| x[ALONG]);
     let alone = step_alone.as_ref().is_some_and(|alone| alone.rms <= near);
     Ok(LostMotion {
-        total: figure(&total),
+        total: whole,
         step: figure(&|x| x[STEP]),
         along,
         saturates_after: SATURATED * lengths[best],

@@ -60,6 +60,16 @@ impl Figure {
         }
     }
 
+    /// The same with an interval that holds that of another, too.
+    #[must_use]
+    pub(crate) fn joined(self, other: Figure) -> Figure {
+        let ([a, b], [c, d]) = (self.interval, other.interval);
+        Figure {
+            interval: [a.min(c), b.max(d)],
+            ..self
+        }
+    }
+
     /// The same in another unit.
     #[must_use]
     pub fn times(self, factor: f64) -> Figure {

@@ -1,6 +1,6 @@
 //! Gains of a position and velocity loop from command, position and what the servo makes of them.
 
-use super::squares::{Squares, jackknife};
+use super::squares::{Squares, SquaresFit, jackknife};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
 use serde::Serialize;
 
@@ -8,6 +8,10 @@ use serde::Serialize;
 const LAW_SHARE: f64 = 0.15;
 /// By how much the integral part has to lower the residual to be believed. A choice.
 const INTEGRAL_GAIN: f64 = 0.7;
+
+/// Difference of the travel of command and motor, in parts of it, that passes. A choice: as of motor
+/// and load, far above any following error of whole strokes and below any wrong unit.
+const FOLLOWS_WITHIN: f64 = 0.2;
 
 /// Columns of the law.
 const ERROR: usize = 0;
@@ -18,7 +22,12 @@ const PLACE: usize = 4;
 const REFERENCE: usize = 5;
 const REFERENCE_RATE: usize = 6;
 const OFFSET: usize = 7;
-const COEFFICIENTS: usize = 8;
+const TIME: usize = 8;
+const COEFFICIENTS: usize = 9;
+
+/// Standard errors by which what tells two laws apart has to be nearer to one of them. A choice: the
+/// quantile of a 95 % interval.
+const APART: f64 = 2.0;
 
 /// What was found of a servo: `drive = velocity_gain (position_gain e + feedforward v_ref - v)` and,
 /// with an integral time `T`, the integral of the bracket over `T`.
@@ -38,12 +47,18 @@ pub struct ServoGains {
 pub struct ServoLaw {
     /// Gain of the position loop, 1/s.
     pub position_gain_per_s: Figure,
-    /// Drive signal for a speed error, per (1/s).
+    /// Drive signal for a speed error, per (1/s). The log does not tell whether the measured speed is
+    /// old or the drive signal late, as a current is behind its loop: the interval holds the gain of
+    /// either.
     pub velocity_gain: Figure,
-    /// Age of the measured velocity, s.
+    /// Age of the measured velocity, s, if the drive signal is not late.
     pub delay_s: f64,
     /// Integral time of the velocity loop, s; `None` without an integral part.
     pub integral_time_s: Option<f64>,
+    /// Position gain, 1/s, and integral time, s, of the law that explains the log alike: with the
+    /// whole speed fed forward the two trade places. Of both, the one whose position loop is the
+    /// slower comes first, as loops are set.
+    pub alike: Option<[f64; 2]>,
     /// Part of the command's speed that is fed forward.
     pub feedforward: f64,
     /// Drive signal at rest on the command.
@@ -61,6 +76,12 @@ pub struct ServoLaw {
 pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     if log.command.is_empty() {
         return Err("the log has no command: lag and gains are not told".to_owned());
+    }
+    let slope = follows(&log.command, &log.motor);
+    if (slope - 1.0).abs() > FOLLOWS_WITHIN {
+        return Err(format!(
+            "the motor moves {slope:.4} times as far as its command: a sign, a unit, or the command of another axis"
+        ));
     }
     let half = (motion.half / 2).max(2);
     let error: Vec<f64> = log
@@ -87,7 +108,7 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     let stride = (half / 4).max(1);
     // The lag: error against the command's speed, with its acceleration beside.
     let mut lag = Squares::<3>::new(log.len());
-    for at in range.clone().step_by(stride) {
+    for at in range.step_by(stride) {
         if !log.touches_lost(at - half..=at + half) {
             let row = [commanded.velocity(at), commanded.acceleration(at), 1.0];
             lag.add(at, row, errors.mean(at));
@@ -108,26 +129,37 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         return Ok(gains);
     }
     let drive = Averages::new(&log.drive, half);
-    let mut squares = Squares::<COEFFICIENTS>::new(log.len());
     let base = log.motor.first().copied().unwrap_or(0.0);
-    for at in range.step_by(stride) {
-        if log.touches_lost(at - half..=at + half) {
-            continue;
+    // The rows of the law, with a drive signal that is so many seconds late.
+    let rows = |late_s: f64| {
+        let late = late_s / log.period_s;
+        let (behind, ahead) = (late.floor() as usize, late.ceil() as usize);
+        let share = late - late.floor();
+        let mut squares = Squares::<COEFFICIENTS>::new(log.len());
+        for at in (half..log.len().saturating_sub(half + ahead)).step_by(stride) {
+            if log.touches_lost(at - half..=at + half + ahead) {
+                continue;
+            }
+            let mut row = [0.0; COEFFICIENTS];
+            row[ERROR] = errors.mean(at);
+            row[VELOCITY] = rates.velocity(at);
+            row[ACCELERATION] = rates.acceleration(at);
+            row[INTEGRAL] = integrals.mean(at);
+            row[PLACE] = places.mean(at) - base;
+            row[REFERENCE] = commanded.velocity(at);
+            row[REFERENCE_RATE] = commanded.acceleration(at);
+            row[OFFSET] = 1.0;
+            // Half a count by which an encoder reads short grows in the integral of a long log.
+            row[TIME] = at as f64 * log.period_s;
+            let target = (1.0 - share) * drive.mean(at + behind) + share * drive.mean(at + ahead);
+            squares.add(at, row, target);
         }
-        let mut row = [0.0; COEFFICIENTS];
-        row[ERROR] = errors.mean(at);
-        row[VELOCITY] = rates.velocity(at);
-        row[ACCELERATION] = rates.acceleration(at);
-        row[INTEGRAL] = integrals.mean(at);
-        row[PLACE] = places.mean(at) - base;
-        row[REFERENCE] = commanded.velocity(at);
-        row[REFERENCE_RATE] = commanded.acceleration(at);
-        row[OFFSET] = 1.0;
-        squares.add(at, row, drive.mean(at));
-    }
+        squares
+    };
+    let squares = rows(0.0);
     // Without and with an integral part; a velocity that is fed forward comes with either.
     let laws = [
-        [true, true, true, false, false, false, false, true],
+        [true, true, true, false, false, false, false, true, false],
         [true; COEFFICIENTS],
     ];
     let [plain, whole] = laws.map(|used| squares.solve(&used));
@@ -144,20 +176,21 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         return Ok(gains);
     };
     let share = found.rms / found.target_rms;
-    let parts = |x: &[f64; COEFFICIENTS]| -> [f64; 4] {
-        let gain = -x[VELOCITY];
-        let forward = x[REFERENCE] / gain;
-        // position gain + forward / T = q and position gain / T = p
-        let (q, p) = (x[ERROR] / gain, x[INTEGRAL] / gain);
-        let per_time = if p == 0.0 {
-            0.0
-        } else {
-            let root = (q * q - 4.0 * forward * p).max(0.0).sqrt();
-            2.0 * p / (q + root)
-        };
-        [gain, q - forward * per_time, per_time, forward]
+    let [slow, fast] = [false, true].map(|other| loops(&found.x, other));
+    // Where less or more than the whole speed is fed forward, the place itself tells the two apart.
+    let of_place = |[gain, _, per_time, forward]: [f64; 4]| gain * (forward - 1.0) * per_time;
+    let place = found.figures[PLACE];
+    let [near, far] = [slow, fast].map(|law| (of_place(law) - place.value).abs());
+    let is_alike = has_integral
+        && fast.iter().all(|value| value.is_finite())
+        && (near - far).abs() < APART * place.error;
+    let other = if is_alike {
+        slow[1] > fast[1]
+    } else {
+        far < near
     };
-    let [gain, position, per_time, forward] = parts(&found.x);
+    let other = other && has_integral && fast[2].is_finite();
+    let [gain, position, per_time, forward] = if other { fast } else { slow };
     if !(share < LAW_SHARE && gain > 0.0 && position > 0.0 && per_time >= 0.0) {
         gains.untold.push(format!(
             "gains of the loops: a position and velocity loop leaves {:.0} % of the drive signal unexplained; the current may be filtered, limited, or of another law",
@@ -165,14 +198,63 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         ));
         return Ok(gains);
     }
+    let delay_s = (found.x[ACCELERATION] / gain).max(0.0);
+    let figure = |value: f64, fit: &SquaresFit<COEFFICIENTS>, at: usize| {
+        jackknife(value, fit.without.iter().map(|x| loops(x, other)[at]))
+    };
+    let (mut position_gain, mut velocity_gain) =
+        (figure(position, &found, 1), figure(gain, &found, 0));
+    // The other end: all of the delay is the drive signal's.
+    let late = rows(delay_s).solve(&laws[usize::from(has_integral)]);
+    if let Some(late) = late.filter(|_| delay_s > 0.0) {
+        let of_late = loops(&late.x, other);
+        position_gain = position_gain.joined(figure(of_late[1], &late, 1));
+        velocity_gain = velocity_gain.joined(figure(of_late[0], &late, 0));
+    }
+    let [_, alike_gain, alike_rate, _] = if other { slow } else { fast };
+    if !(position_gain.is_told() && velocity_gain.is_told()) {
+        gains.untold.push("gains of the loops: error and speed go together in most of the log; change speed and direction more often".to_owned());
+        return Ok(gains);
+    }
     gains.law = Some(ServoLaw {
-        position_gain_per_s: jackknife(position, found.without.iter().map(|x| parts(x)[1])),
-        velocity_gain: jackknife(gain, found.without.iter().map(|x| parts(x)[0])),
-        delay_s: (found.x[ACCELERATION] / gain).max(0.0),
+        position_gain_per_s: position_gain,
+        velocity_gain,
+        delay_s,
         integral_time_s: (per_time > 0.0).then(|| 1.0 / per_time),
+        alike: is_alike.then(|| [alike_gain, 1.0 / alike_rate]),
         feedforward: forward,
         offset: found.x[OFFSET],
         residual_share: share,
     });
     Ok(gains)
+}
+
+/// How far a motor moves for its command, by least squares.
+fn follows(command: &[f64], motor: &[f64]) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (c, m) = (mean(command), mean(motor));
+    let (mut product, mut square) = (0.0, 0.0);
+    for (command, motor) in command.iter().zip(motor) {
+        product += (command - c) * (motor - m);
+        square += (command - c) * (command - c);
+    }
+    product / square
+}
+
+/// What coefficients mean: velocity gain, position gain, 1/T, feed-forward. Position gain `k` and
+/// `u = 1/T` come as `q = k + forward u` and `p = k u`, which two pairs obey: the one with the
+/// smaller `u` or the other.
+fn loops(x: &[f64; COEFFICIENTS], other: bool) -> [f64; 4] {
+    let gain = -x[VELOCITY];
+    let forward = x[REFERENCE] / gain;
+    let (q, p) = (x[ERROR] / gain, x[INTEGRAL] / gain);
+    let root = q + (q * q - 4.0 * forward * p).max(0.0).sqrt();
+    let per_time = if other {
+        root / (2.0 * forward)
+    } else if p == 0.0 {
+        0.0
+    } else {
+        2.0 * p / root
+    };
+    [gain, q - forward * per_time, per_time, forward]
 }

@@ -1,7 +1,7 @@
 //! Positions of several axes: names, units, kinds, clocks, turns, and what is refused.
 
 use lostmotion_base::AxisId;
-use lostmotion_logs::{PositionKind, PositionLog, PositionOptions, read_positions};
+use lostmotion_logs::{PositionKind, PositionLog, PositionOptions, PositionParts, read_positions};
 
 fn options(columns: &[&str]) -> PositionOptions {
     PositionOptions {
@@ -188,4 +188,97 @@ fn what_is_wrong_is_said_with_its_place() {
     );
     refused("t_s,x_mm,y_mm\n0,1,2\n", &[], "1 rows of data");
     refused("", &[], "the file is empty");
+}
+
+/// Part by part a log has the rows that it has as a whole: where values are held, turns wrap and
+/// parts begin anywhere.
+#[test]
+fn parts_are_the_whole() {
+    for held in [1, 4] {
+        let mut text = "t_s,x_mm,y_mm,c_deg\n".to_owned();
+        for row in 0..4000 {
+            let t = f64::from((row + 3) / held * held) * 1e-3;
+            let angle = (170.0 * t * t) % 360.0;
+            text += &format!(
+                "{:.3},{:.6},{:.6},{angle:.6}\n",
+                f64::from(row) * 1e-3,
+                40.0 * (3.0 * t).sin(),
+                25.0 * (2.0 * t).cos(),
+            );
+        }
+        let options = options(&[]);
+        let whole = read(&text, &options).unwrap();
+        assert!(
+            whole.said.iter().any(|said| said.contains("wraps")),
+            "{:?}",
+            whole.said
+        );
+        assert!(whole.axes[2].values.iter().all(|angle| *angle >= 0.0));
+        for (part_rows, shared_rows) in [(700, 100), (997, 1), (1000, 0), (5000, 100)] {
+            let mut parts =
+                PositionParts::new(text.as_bytes(), "log", &options, part_rows, shared_rows)
+                    .unwrap();
+            let (mut time_s, mut values) = (Vec::<f64>::new(), vec![Vec::<f64>::new(); 3]);
+            let mut before: Option<(f64, f64)> = None;
+            while let Some((part, shared)) = parts.next_part().unwrap() {
+                // the shared rows are those of the part before
+                if let Some(last) = before.filter(|_| shared > 0) {
+                    let axis = &part.axes[2];
+                    assert_eq!(part.time_s[shared - 1], last.0);
+                    assert!((axis.values[shared - 1] - last.1).abs() < 1e-9);
+                }
+                let rows = part.time_s.len();
+                before = Some((part.time_s[rows - 1], part.axes[2].values[rows - 1]));
+                time_s.extend(&part.time_s[shared..]);
+                for (values, axis) in values.iter_mut().zip(&part.axes) {
+                    values.extend(&axis.values[shared..]);
+                }
+            }
+            assert_eq!(time_s, whole.time_s, "{held} {part_rows}");
+            for (axis, values) in whole.axes.iter().zip(&values) {
+                // without shared rows turns are not carried over
+                let turns = axis.axis == AxisId::C && shared_rows == 0;
+                let same = axis
+                    .values
+                    .iter()
+                    .zip(values)
+                    .all(|(a, b)| (a - b).abs() < 1e-9);
+                assert!(same || turns, "{held} {part_rows}: {}", axis.axis);
+            }
+        }
+        // no more rows than are wanted
+        let few = PositionOptions {
+            max_rows: 1500,
+            ..options.clone()
+        };
+        let mut parts = PositionParts::new(text.as_bytes(), "log", &few, 1000, 0).unwrap();
+        let mut rows = Vec::new();
+        let mut said = Vec::new();
+        while let Some((part, _)) = parts.next_part().unwrap() {
+            rows.push(part.time_s.len() * held as usize);
+            said.extend(part.said);
+        }
+        assert_eq!(rows, [1000, 500]);
+        assert!(
+            said.iter().any(|said| said.contains("the first 1500 rows")),
+            "{said:?}"
+        );
+    }
+}
+
+/// Rows that go back in time are refused in any part, with their line.
+#[test]
+fn a_later_part_is_in_order_too() {
+    let mut text = "t_s,x_mm,y_mm\n".to_owned();
+    for row in 0..300 {
+        let t = if row == 250 { 5 } else { row };
+        text += &format!("{:.3},{row},{row}\n", f64::from(t) * 1e-3);
+    }
+    let mut parts = PositionParts::new(text.as_bytes(), "log", &options(&[]), 200, 10).unwrap();
+    assert!(parts.next_part().unwrap().is_some());
+    let error = parts.next_part().unwrap_err().to_string();
+    assert!(
+        error.contains("line 252") && error.contains("is not after"),
+        "{error}"
+    );
 }

@@ -5,6 +5,7 @@
 )]
 
 use lostmotion_drive::config::Gap;
+use lostmotion_drive::reference::Spline;
 use lostmotion_drive::signal::BlockMotion;
 use lostmotion_drive::{Correction, Reference, Signals};
 use lostmotion_methods::AxisConfig;
@@ -17,7 +18,8 @@ use lostmotion_methods::fixed_mach3::FixedMach3;
 use lostmotion_methods::fixed_mitsubishi::FixedMitsubishi;
 use lostmotion_methods::friction_torque::FrictionTorque;
 use lostmotion_methods::registry::Registered;
-use lostmotion_rig::{circle, mill_x, ratio_on_a_sine, run};
+use lostmotion_methods::reversal_pulse::ReversalPulse;
+use lostmotion_rig::{circle, mill_x, ratio_on_a_sine, run, setpoints};
 
 const TICK: f64 = 250e-6;
 
@@ -229,6 +231,141 @@ fn a_pulse_has_the_height_of_the_characteristic_and_the_area_of_the_gap() {
         let later = -answer[60].velocity / per_mm;
         assert!((later - height * (-1.0_f64).exp()).abs() < 1e-9, "{later}");
     }
+}
+
+/// What a method answers on a circle of a radius in mm at a speed in mm/s, at each servo tick with
+/// the reference that the interpolator makes of the control's setpoints.
+fn on_a_circle<C: Registered>(
+    config: &AxisConfig,
+    radius: f64,
+    speed: f64,
+    turns: f64,
+) -> Vec<(Reference, Correction)> {
+    let (spline, method) = (Spline::new(config), C::from_axis(config));
+    let mut state = method.initial(0.0);
+    let mut piece = spline.initial(0.0);
+    let w = speed / radius;
+    let mut out = Vec::new();
+    for setpoint in setpoints(&|t| circle(radius, w, t), turns * std::f64::consts::TAU / w) {
+        spline.push(&mut piece, &setpoint).unwrap();
+        for tick in 0..4 {
+            let reference = spline.at(&piece, tick, 4);
+            let signals = Signals {
+                reference,
+                next_reference: spline.at(&piece, tick + 1, 4),
+                ..Signals::default()
+            };
+            out.push((reference, method.step(&mut state, &signals)));
+        }
+    }
+    out
+}
+
+/// Tick of the reversal half a turn after the start, of three quarters of one.
+fn far_reversal(answers: &[(Reference, Correction)]) -> usize {
+    let quarter = answers.len() / 3;
+    let is_back = |(reference, _): &(Reference, Correction)| reference.velocity < 0.0;
+    quarter + answers[quarter..].iter().position(is_back).unwrap()
+}
+
+/// Siemens, function manual K3 (03/2013, 6FC5397-1BP40-3BA1), p. 294: over the acceleration v^2/r at
+/// the change of the quadrant the pulse's height rises in proportion (B1), stays (B2), falls in a
+/// straight line (B3), stays (B4).
+#[test]
+fn siemens_pulse_follows_its_characteristic_from_circle_to_circle() {
+    let mut config = mill_x(0.1, 10.0, None);
+    let per_mm = config.transmission.motor_rad_per_unit();
+    let [most, least] = [2.5, 0.8];
+    let [a1, a2, a3] = [20.0, 120.0, 600.0];
+    let settings = &mut config.compensation.decaying_pulse;
+    settings.height_units_s = Some(most);
+    settings.least_height_units_s = Some(least);
+    settings.acceleration_units_s2 = Some([a1, a2, a3]);
+    let mut ranges = [0; 4];
+    for radius in [5.0, 20.0, 80.0] {
+        for speed in [10.0, 25.0, 60.0, 120.0] {
+            let a = speed * speed / radius;
+            let (range, expected) = match a {
+                a if a < a1 => (0, most * a / a1),
+                a if a <= a2 => (1, most),
+                a if a < a3 => (2, most + (least - most) / (a3 - a2) * (a - a2)),
+                _ => (3, least),
+            };
+            ranges[range] += 1;
+            let answers = on_a_circle::<DecayingPulse>(&config, radius, speed, 0.75);
+            let at = far_reversal(&answers);
+            let found = -answers[at].1.velocity / per_mm;
+            // the tick is up to 250 us behind the reversal, where cos is below 1
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "r {radius}, v {speed}: {found} mm/s, not {expected}"
+            );
+        }
+    }
+    assert!(ranges.iter().all(|&circles| circles > 0), "{ranges:?}");
+}
+
+/// A pulse that ends by travel lasts as long as the reference needs for its way, at any acceleration;
+/// Fanuc's second stage (B-65270EN/05 p. 188) goes from a distance to twice that distance.
+#[test]
+fn pulses_by_travel_end_where_they_are_told_at_any_acceleration() {
+    let mut config = mill_x(0.1, 10.0, None);
+    let per_mm = config.transmission.motor_rad_per_unit();
+    let pulse = &mut config.compensation.reversal_pulse;
+    (pulse.speed_rad_s, pulse.travel_units) = (Some(3.0), Some(0.005));
+    (pulse.second_torque_nm, pulse.second_travel_units) = (Some(0.7), Some([0.02, 0.04]));
+    for (radius, speed) in [(10.0, 20.0), (10.0, 60.0), (100.0, 60.0)] {
+        let answers = on_a_circle::<ReversalPulse>(&config, radius, speed, 0.75);
+        let at = far_reversal(&answers);
+        let top = 2.0 * radius;
+        for (reference, correction) in &answers[at..] {
+            // the way behind the far end of the circle, mm; up to a tick of it lies before the
+            // reversal is seen
+            let way = top - reference.position / per_mm;
+            let seen = top - answers[at].0.position / per_mm;
+            let part = 1.0 - (way - seen) / 0.005;
+            let expected = -3.0 * part.max(0.0);
+            assert!(
+                (correction.velocity - expected).abs() < 1e-6,
+                "{way} mm: {} rad/s, not {expected}",
+                correction.velocity
+            );
+            let second = way - seen >= 0.02 && way - seen < 0.04;
+            assert_eq!(correction.torque, if second { -0.7 } else { 0.0 }, "{way}");
+        }
+        // x = a t^2/2: so long the first pulse lasts
+        let lasts = answers[at..]
+            .iter()
+            .take_while(|(_, correction)| correction.velocity != 0.0)
+            .count() as f64
+            * TICK;
+        let expected = (2.0 * 0.005 * radius / (speed * speed)).sqrt();
+        assert!(
+            (lasts - expected).abs() < 2.5 * TICK,
+            "r {radius}, v {speed}: {lasts} s, not {expected}"
+        );
+    }
+    // an axis that stops within the way is not pushed on
+    let stretches = [(-1.0, 0.0, None, 2), (0.0, 0.0, None, 10)];
+    let answers = corrections::<ReversalPulse>(&config, &stretches);
+    assert!(answers[1].velocity < 0.0 && answers[2].velocity == 0.0);
+    // the height of a pulse by travel is told, and a second pulse has its way
+    let refused = |change: &dyn Fn(&mut AxisConfig)| {
+        let mut config = config.clone();
+        change(&mut config);
+        config.check().unwrap_err().to_string()
+    };
+    let told = refused(&|config| config.compensation.reversal_pulse.speed_rad_s = None);
+    assert!(
+        told.contains("travel_units") && told.contains("speed_rad_s"),
+        "{told}"
+    );
+    let told = refused(&|config| config.compensation.reversal_pulse.second_travel_units = None);
+    assert!(told.contains("second_travel_units"), "{told}");
+    let told = refused(&|config| {
+        config.compensation.reversal_pulse.second_travel_units = Some([0.02, 0.01]);
+    });
+    assert!(told.contains("second_travel_units"), "{told}");
 }
 
 #[test]

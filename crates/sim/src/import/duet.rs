@@ -205,6 +205,13 @@ fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Proble
                     Fate::Used,
                     "over how many gaps one is spread",
                 );
+            } else {
+                draft.row(
+                    "M425 S",
+                    "",
+                    Fate::Guessed,
+                    format!("over how many gaps one is spread is not told: {USUAL_MULTIPLE}, as the firmware has it"),
+                );
             }
             mcodes::limits(draft, code, &UNITS)?;
         }

@@ -11,6 +11,7 @@ use super::{Format, ImportOptions, not_negative, number, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::collections::BTreeSet;
 
 /// The format's row. Its files have the extensions of many.
 pub(super) const FORMAT: Format = Format {
@@ -99,19 +100,19 @@ fn check_ends(text: &str) -> Result<(), Problem> {
     }
 }
 
-/// The values of a line; false if it is no parameter.
+/// The values of a line; where there are none, why.
 fn line<'a>(
     number: usize,
     text: &'a str,
     entries: &mut Vec<ParameterValue<'a>>,
-) -> Result<bool, Problem> {
+) -> Result<Option<&'static str>, Problem> {
     let told = text
         .split(['(', ';', '%'])
         .next()
         .unwrap_or_default()
         .trim();
     let Some(rest) = told.strip_prefix('N') else {
-        return Ok(told.is_empty());
+        return Ok((!told.is_empty()).then_some("no parameter"));
     };
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
     let (code, mut rest) = rest.split_at(digits);
@@ -132,7 +133,11 @@ fn line<'a>(
         let value = value.trim();
         match letter {
             // The second path and further ones are other machines' halves.
-            'Q' if value.parse::<u32>().map_err(|_| bad())? != 1 => return Ok(true),
+            'Q' => match value.parse::<u32>() {
+                Ok(1) => {}
+                Ok(path) if path > 1 => return Ok(Some("of another path")),
+                _ => return Err(bad()),
+            },
             'A' if waits => return Err(bad()),
             'A' => (axis, waits) = (value.parse().map_err(|_| bad())?, true),
             'P' if axis <= MOST_AXES => {
@@ -146,7 +151,7 @@ fn line<'a>(
             }
             'P' => return Err(bad()),
             // Of spindles and of groups of parameters.
-            'Q' | 'S' | 'L' | ' ' => {}
+            'S' | 'L' | ' ' => {}
             _ => return Err(bad()),
         }
         rest = next;
@@ -154,7 +159,7 @@ fn line<'a>(
     if waits || entries.len() == before {
         return Err(bad());
     }
-    Ok(true)
+    Ok(None)
 }
 
 /// All parameters.
@@ -196,10 +201,10 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     problems.extend(check_ends(text).err());
     for (index, text) in text.lines().enumerate() {
         match line(index + 1, text, &mut entries) {
-            Ok(true) => {}
-            Ok(false) => {
+            Ok(None) => {}
+            Ok(Some(why)) => {
                 let key = format!("line {}", index + 1);
-                draft.row(key, text.trim(), Fate::Ignored, "no parameter");
+                draft.row(key, text.trim(), Fate::Ignored, why);
             }
             Err(found) => problems.push(found),
         }
@@ -219,6 +224,21 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                 .any(|key| all.of(*key, *axis).is_some())
         })
         .collect();
+    // A parameter of axes has a value for each of them.
+    let of_axes = all.0.iter().filter(|entry| entry.axis > 0);
+    for key in of_axes.map(|entry| entry.number).collect::<BTreeSet<u32>>() {
+        let lacks = numbers.iter().filter(|axis| all.of(key, **axis).is_none());
+        let lacks: Vec<String> = lacks.map(|axis| format!("A{axis}")).collect();
+        if !lacks.is_empty() {
+            let why = "other axes have a value there: is the line whole?";
+            draft.row(
+                format!("N{key}"),
+                format!("no {}", lacks.join(", ")),
+                Fate::Guessed,
+                why,
+            );
+        }
+    }
     for number in numbers {
         let Some((axis, named)) = all.axis(number) else {
             let why = "its name (1020) is no letter of an axis";

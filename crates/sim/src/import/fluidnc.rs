@@ -124,6 +124,15 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             _ => {}
         }
     }
+    // Nothing tells that axes follow which are not there.
+    let is_axes = leaves
+        .last()
+        .is_some_and(|leaf| leaf.path.first().is_some_and(|key| key == "axes"));
+    let end = text.lines().rfind(|line| !line.trim().is_empty());
+    if let Some(end) = end.filter(|_| is_axes) {
+        let why = "the file ends within its axes: is it whole?";
+        draft.row("axes", end.trim(), Fate::Guessed, why);
+    }
     let last: LastLeaves<'_> = leaves
         .iter()
         .map(|leaf| (leaf.path.join("."), leaf))

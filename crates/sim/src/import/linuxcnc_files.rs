@@ -227,9 +227,14 @@ fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
             None => words.push((c, String::new())),
         }
     }
+    // G-code writes no exponents.
+    let is_decimal = |text: &str| {
+        let mut chars = text.chars();
+        chars.all(|c| c.is_ascii_digit() || "+-.".contains(c)) && text.parse::<f64>().is_ok()
+    };
     match words
         .iter()
-        .find(|(letter, text)| !letter.is_ascii_alphabetic() || text.parse::<f64>().is_err())
+        .find(|(letter, text)| !letter.is_ascii_alphabetic() || !is_decimal(text))
     {
         Some((letter, text)) => Err(problem(
             entry.line,
@@ -245,6 +250,13 @@ fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
 fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     let entry = named.entry;
     let words = words(entry)?;
+    if let Some((letter, text)) = words
+        .iter()
+        .find(|(letter, _)| AxisId::from_letter(*letter).is_some())
+    {
+        let note = format!("`{letter}{text}` moves an axis, which is not read: is it meant?");
+        draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+    }
     let has = |code: &str| {
         let mut codes = words.iter().filter(|(letter, _)| *letter == 'G');
         codes.any(|(_, text)| text.trim_start_matches('0') == code)

@@ -8,13 +8,13 @@
 //! <https://wiki.ros.org/urdf/XML>.
 
 use super::draft::{Draft, Fate, Told, clean};
-use super::{Format, ImportOptions, problem};
+use super::{Format, ImportOptions, problem, xml};
 use crate::machine::Problem;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, math};
 use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, Side};
 use lostmotion_kinematics::{ChainSpec, Words};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
@@ -24,6 +24,10 @@ pub(super) const FORMAT: Format = Format {
     is_lines: false,
     read,
 };
+
+/// Most nodes of a description. A choice: because an arm has some hundred, and one with the shapes
+/// of all its links and a gripper some thousand.
+const MOST_NODES: u32 = 100_000;
 
 /// URDF is in metres.
 const MM_PER_M: f64 = 1e3;
@@ -91,14 +95,7 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
 
 /// Reads the file.
 fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let document = Document::parse(text).map_err(|error| {
-        vec![problem(
-            error.pos().row as usize,
-            "",
-            format!("not XML: {error}"),
-            "is it a URDF file (not xacro)?",
-        )]
-    })?;
+    let document = xml(text, MOST_NODES)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(vec![problem(

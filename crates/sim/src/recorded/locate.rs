@@ -75,6 +75,8 @@ pub(super) struct Located {
     pub(super) place_mm: f64,
     /// Other places that fit as well.
     pub(super) others: Vec<f64>,
+    /// How far it may leave the path before its place is lost, mm.
+    pub(super) lost_mm: f64,
 }
 
 /// A point of the record, some way from the last one.
@@ -128,6 +130,29 @@ struct Search<'a> {
     fit_mm: f64,
 }
 
+/// Why a record was not found.
+#[derive(Debug)]
+pub(super) enum Unfound {
+    /// It hardly moves, this far.
+    Rests(SimError),
+    /// It moves, and not along the program.
+    Elsewhere(SimError),
+}
+
+impl From<SimError> for Unfound {
+    fn from(error: SimError) -> Unfound {
+        Unfound::Elsewhere(error)
+    }
+}
+
+impl From<Unfound> for SimError {
+    fn from(unfound: Unfound) -> SimError {
+        match unfound {
+            Unfound::Rests(error) | Unfound::Elsewhere(error) => error,
+        }
+    }
+}
+
 /// Finds a record. `shifted` says whether coordinates other than the machine's and the program's are
 /// looked for.
 pub(super) fn locate(
@@ -135,24 +160,17 @@ pub(super) fn locate(
     record: &[[f64; 3]],
     error_mm: f64,
     shifted: bool,
-) -> Result<Located, SimError> {
+) -> Result<Located, Unfound> {
     let points = points(record, STEP_MM.max(20.0 * error_mm));
-    let size_mm = size(&points);
-    let widest = path.pieces.iter().filter_map(|piece| piece.tolerance_mm);
-    let lost_mm = LOST_MM.min(LOST_PART * size_mm);
-    let search = Search {
-        path,
-        error_mm,
-        lost_mm: widest.fold(lost_mm, |lost, tolerance| lost.max(4.0 * tolerance)),
-        fit_mm: FIT_MM.min(FIT_PART * size_mm).max(error_mm),
-    };
+    let search = Search::of(path, &points, error_mm);
     if points.len() < FEWEST_POINTS {
         let what = format!(
             "the log hardly moves: {} points are {} mm apart or more",
             points.len(),
             STEP_MM.max(20.0 * error_mm)
         );
-        return Err(SimError::refused(what, "log the program while it moves"));
+        let hint = "log the program while it moves";
+        return Err(Unfound::Rests(SimError::refused(what, hint)));
     }
     let known = [
         (Coordinates::Machine, [0.0; 3]),
@@ -167,10 +185,33 @@ pub(super) fn locate(
         return Err(SimError::refused(
             "the log does not follow the program in the coordinates of the machine or of the program",
             "leave out --no-shift to look for others; check units, signs and order of the columns",
-        ));
+        )
+        .into());
     }
     let found = search.shifted(&points)?;
     Ok(search.whole(found, &points, record))
+}
+
+/// The last row of a further part of a record that is on the path, from the place of its first one
+/// on.
+pub(super) fn goes_on(
+    path: &ProgrammedPath,
+    record: &[[f64; 3]],
+    place_mm: f64,
+    located: &Located,
+    error_mm: f64,
+) -> usize {
+    let points = points(record, STEP_MM.max(20.0 * error_mm));
+    let search = Search {
+        // A part may be small; how far the whole may leave the path is known.
+        lost_mm: located.lost_mm,
+        ..Search::of(path, &points, error_mm)
+    };
+    let feet = search.run(points.iter(), place_mm, located.shift_mm, true);
+    let lost = points
+        .get(feet.len())
+        .map_or(record.len(), |point| point.row);
+    lost.max(1) - 1
 }
 
 /// Points of a record that are at least a step from one another.
@@ -205,7 +246,19 @@ fn size(points: &[Point]) -> f64 {
     norm([side(0), side(1), side(2)])
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn of(path: &'a ProgrammedPath, points: &[Point], error_mm: f64) -> Search<'a> {
+        let size_mm = size(points);
+        let widest = path.pieces.iter().filter_map(|piece| piece.tolerance_mm);
+        let lost_mm = LOST_MM.min(LOST_PART * size_mm);
+        Search {
+            path,
+            error_mm,
+            lost_mm: widest.fold(lost_mm, |lost, tolerance| lost.max(4.0 * tolerance)),
+            fit_mm: FIT_MM.min(FIT_PART * size_mm).max(error_mm),
+        }
+    }
+
     /// Where a point is on the path, `way_mm` behind the last; `reach_mm` is the farthest place up to
     /// now, from which the record does not come back: where the path turns round, the way back is
     /// another place.
@@ -232,9 +285,9 @@ impl Search<'_> {
     }
 
     /// Follows points forward or backward from a place of the first; ends where the path is lost.
-    fn run<'a>(
+    fn run<'p>(
         &self,
-        mut points: impl Iterator<Item = &'a Point>,
+        mut points: impl Iterator<Item = &'p Point>,
         place_mm: f64,
         shift: [f64; 3],
         forward: bool,
@@ -528,6 +581,7 @@ impl Search<'_> {
             rows: (row(track.from), last.max(1) - 1),
             place_mm: track.feet.first().map_or(0.0, |foot| foot.place_mm),
             others: found.others,
+            lost_mm: self.lost_mm,
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::motion::{self, Checked, Curves};
 use crate::program::BlockTexts;
 use crate::results::ProgramInfo;
 use crate::setup::Setup;
-use locate::{Coordinates, Located, follow, locate};
+use locate::{Coordinates, Located, Unfound, follow, goes_on, locate};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, Coords};
 use path::{Foot, ProgrammedPath};
@@ -87,14 +87,40 @@ impl Default for RecordOptions {
     }
 }
 
+/// Rows that two parts of a record share: a stencil of the longest has rows on either side.
+pub const SHARED_ROWS: usize = 2 * rates::LONGEST_ROWS;
+
 /// Checks a record against a program on a machine.
 pub(crate) fn check(
     setup: &Setup<'_>,
     recorded: &Recorded,
     options: &RecordOptions,
 ) -> Result<RecordCheck, SimError> {
-    let machine = setup.machine;
-    check_rows(setup, recorded)?;
+    let (checked, path) = program(setup, options)?;
+    let mut record = Record::new(setup, &path, options);
+    record.part(recorded, 0)?;
+    record.finish(checked)
+}
+
+/// The same of a record in parts, each with how many rows of the one before it begins with.
+pub(crate) fn check_parts<E: From<SimError>>(
+    setup: &Setup<'_>,
+    next: &mut dyn FnMut() -> Result<Option<(Recorded, usize)>, E>,
+    options: &RecordOptions,
+) -> Result<RecordCheck, E> {
+    let (checked, path) = program(setup, options)?;
+    let mut record = Record::new(setup, &path, options);
+    while let Some((recorded, shared)) = next()? {
+        record.part(&recorded, shared)?;
+    }
+    Ok(record.finish(checked)?)
+}
+
+/// The program, checked, and its path.
+fn program(
+    setup: &Setup<'_>,
+    options: &RecordOptions,
+) -> Result<(Checked, ProgrammedPath), SimError> {
     // The work offset of the log may be another than the machine file's: then travel says nothing.
     let checked = match motion::check(setup) {
         Err(SimError::Travel { name, .. }) => Checked {
@@ -109,7 +135,7 @@ pub(crate) fn check(
     let path = ProgrammedPath::read(
         Curves::new(setup)?,
         setup.kinematics.joint_map(),
-        machine.planner().exact_path_tolerance_mm,
+        setup.machine.planner().exact_path_tolerance_mm,
         options.max_moves,
     )?;
     if path.pieces.is_empty() {
@@ -118,57 +144,252 @@ pub(crate) fn check(
             "is it the right file?",
         ));
     }
-    let channels = Channels::new(setup, recorded, &path)?;
-    let error_mm = channels.error_mm;
-    let located = locate(&path, &channels.points, error_mm, options.shifted)?;
-    let (first, last) = located.rows;
-    let rows = channels.points.get(first..=last).unwrap_or_default();
-    let at = |point: &[f64; 3]| lostmotion_base::vec::sub(*point, located.shift_mm);
-    let feet = follow(&path, rows.iter().map(at), located.place_mm, error_mm);
-    let mut blocks = Blocks::new(setup, recorded, &path, error_mm + located.shift_error_mm);
-    for (row, foot) in feet.iter().enumerate() {
-        blocks.add(recorded.time_s[first + row], foot);
+    Ok((checked, path))
+}
+
+/// A record that is held against its program part by part. The first part that moves is looked for in
+/// the program; the others go on where the one before ends.
+struct Record<'a> {
+    setup: &'a Setup<'a>,
+    path: &'a ProgrammedPath,
+    options: &'a RecordOptions,
+    /// Rows up to now, before the path and behind it.
+    rows: u64,
+    rows_before: u64,
+    rows_behind: u64,
+    /// Why the record was not found yet.
+    unfound: Option<SimError>,
+    on_path: Option<OnPath<'a>>,
+    /// Whether the path was left for good.
+    is_behind: bool,
+}
+
+/// A record that was found.
+struct OnPath<'a> {
+    kind: RecordKind,
+    period_s: f64,
+    located: Located,
+    from_s: f64,
+    to_s: f64,
+    first: Foot,
+    /// The last feet, as many as parts share.
+    tail: Vec<Foot>,
+    blocks: Blocks<'a>,
+    axes: Vec<RecordedAxisCheck>,
+    untold: Vec<String>,
+}
+
+impl<'a> Record<'a> {
+    fn new(
+        setup: &'a Setup<'a>,
+        path: &'a ProgrammedPath,
+        options: &'a RecordOptions,
+    ) -> Record<'a> {
+        Record {
+            setup,
+            path,
+            options,
+            rows: 0,
+            rows_before: 0,
+            rows_behind: 0,
+            unfound: None,
+            on_path: None,
+            is_behind: false,
+        }
     }
-    let mut untold = Vec::new();
-    if recorded.kind == RecordKind::Measured {
-        untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
-    }
-    let axes = channels.axes(setup, first..last + 1, &mut blocks, &feet, &mut untold);
-    if located.coordinates == Coordinates::Found && path.pieces.iter().any(|piece| piece.rapid) {
-        untold.push(
-            "whether the work offset of the log is the one that was meant: it was fitted"
-                .to_owned(),
+
+    /// Takes the next part, whose first rows are the last ones of the part before.
+    fn part(&mut self, recorded: &Recorded, shared: usize) -> Result<(), SimError> {
+        check_rows(
+            self.setup,
+            recorded,
+            self.rows.saturating_sub(shared as u64),
+        )?;
+        let rows = recorded.time_s.len();
+        let fresh = rows.saturating_sub(shared) as u64;
+        self.rows += fresh;
+        if self.is_behind {
+            self.rows_behind += fresh;
+            return Ok(());
+        }
+        let channels = Channels::new(self.setup, recorded, self.path)?;
+        let error_mm = channels.error_mm;
+        let again = shared;
+        // Where the part is: found, or behind the last feet.
+        let (located, shared) = match &self.on_path {
+            None => match locate(self.path, &channels.points, error_mm, self.options.shifted) {
+                Ok(located) => (located, 0),
+                Err(error @ Unfound::Rests(_)) => {
+                    self.rows_before += fresh;
+                    self.unfound = Some(error.into());
+                    return Ok(());
+                }
+                Err(error) => return Err(error.into()),
+            },
+            Some(found) => {
+                let first = shared.saturating_sub(found.tail.len());
+                let known = found.tail.len().saturating_sub(shared);
+                let place_mm = found.tail.get(known).map_or(0.0, |foot| foot.place_mm);
+                let points = channels.points.get(first..).unwrap_or_default();
+                let last = first + goes_on(self.path, points, place_mm, &found.located, error_mm);
+                let located = Located {
+                    rows: (first, last),
+                    place_mm,
+                    ..found.located.clone()
+                };
+                (located, shared - first)
+            }
+        };
+        let (first, last) = located.rows;
+        self.is_behind = last + 1 < rows;
+        self.rows_behind += (rows - 1 - last.min(rows - 1)) as u64;
+        let on_path = channels.points.get(first..=last).unwrap_or_default();
+        let at = |point: &[f64; 3]| lostmotion_base::vec::sub(*point, located.shift_mm);
+        let feet = follow(
+            self.path,
+            on_path.iter().map(at),
+            located.place_mm,
+            error_mm,
         );
+        let error_mm = error_mm + located.shift_error_mm;
+        let time = |row: usize| recorded.time_s.get(row).copied().unwrap_or_default();
+        let found = match &mut self.on_path {
+            Some(found) => found,
+            None => {
+                self.rows_before = (self.rows_before + first as u64).saturating_sub(again as u64);
+                let steps = recorded.time_s.windows(2).map(|pair| pair[1] - pair[0]);
+                self.on_path.insert(OnPath {
+                    kind: recorded.kind,
+                    period_s: lostmotion_base::math::quantile(steps.collect(), 0.5),
+                    from_s: time(first),
+                    to_s: 0.0,
+                    first: feet.first().copied().unwrap_or_default(),
+                    tail: Vec::new(),
+                    blocks: Blocks::new(self.setup, recorded, self.path, error_mm),
+                    axes: Vec::new(),
+                    untold: Vec::new(),
+                    located,
+                })
+            }
+        };
+        found.blocks.error_mm = found.blocks.error_mm.max(error_mm);
+        found.to_s = time(last);
+        for (row, foot) in feet.iter().enumerate().skip(shared) {
+            found.blocks.add(time(first + row), foot);
+        }
+        let mut untold = Vec::new();
+        let range = first..last + 1;
+        let axes = channels.axes(self.setup, range, &mut found.blocks, &feet, &mut untold);
+        merge(&mut found.axes, axes);
+        for reason in untold {
+            // The same of the same axis, with other figures.
+            let what = |text: &str| text.split(':').next().unwrap_or_default().to_owned();
+            if !found.untold.iter().any(|told| what(told) == what(&reason)) {
+                found.untold.push(reason);
+            }
+        }
+        found.tail.extend(feet.iter().skip(shared));
+        let spare = found.tail.len().saturating_sub(SHARED_ROWS);
+        found.tail.drain(..spare);
+        Ok(())
     }
-    let mut answer = RecordCheck {
-        schema: RECORD_SCHEMA,
-        program: checked.program,
-        machine: machine.name().to_owned(),
-        kind: recorded.kind,
-        period_s: lostmotion_base::math::quantile(
-            recorded
-                .time_s
-                .windows(2)
-                .map(|pair| pair[1] - pair[0])
-                .collect(),
-            0.5,
-        ),
-        place: place(&path, &located, recorded, &feet),
-        axes,
-        untold,
-        ..RecordCheck::default()
-    };
-    blocks.finish(&mut answer, options.keep_blocks);
-    let mut texts = BlockTexts::new(setup.program, checked.files);
-    for block in &mut answer.blocks {
-        block.text = texts.at(block.block.span);
+
+    fn finish(self, checked: Checked) -> Result<RecordCheck, SimError> {
+        let Some(found) = self.on_path else {
+            return Err(self.unfound.unwrap_or_else(|| {
+                SimError::refused("the log has no rows", "log the program while it moves")
+            }));
+        };
+        let path = self.path;
+        let mut untold = Vec::new();
+        if found.kind == RecordKind::Measured {
+            untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
+        }
+        untold.extend(found.untold);
+        let located = &found.located;
+        if located.coordinates == Coordinates::Found && path.pieces.iter().any(|piece| piece.rapid)
+        {
+            untold.push(
+                "whether the work offset of the log is the one that was meant: it was fitted"
+                    .to_owned(),
+            );
+        }
+        let block = |piece: usize| {
+            path.pieces
+                .get(piece)
+                .map(|piece| piece.block)
+                .unwrap_or_default()
+        };
+        let mut answer = RecordCheck {
+            schema: RECORD_SCHEMA,
+            program: checked.program,
+            machine: self.setup.machine.name().to_owned(),
+            kind: found.kind,
+            period_s: found.period_s,
+            place: RecordPlace {
+                first: block(found.first.piece),
+                last: block(found.tail.last().map_or(0, |foot| foot.piece)),
+                from_s: found.from_s,
+                to_s: found.to_s,
+                rows: self.rows,
+                rows_before: self.rows_before,
+                rows_behind: self.rows_behind,
+                coordinates: match located.coordinates {
+                    Coordinates::Machine => RecordCoordinates::Machine,
+                    Coordinates::Program => RecordCoordinates::Program,
+                    Coordinates::Found => RecordCoordinates::Shifted,
+                },
+                shift_mm: located.shift_mm,
+                shift_error_mm: located.shift_error_mm,
+                others: located
+                    .others
+                    .iter()
+                    .take(MOST_OTHERS)
+                    .map(|place| block(path.at(*place)))
+                    .collect(),
+                other_places: located.others.len() as u64,
+            },
+            axes: found.axes,
+            untold,
+            ..RecordCheck::default()
+        };
+        found.blocks.finish(&mut answer, self.options.keep_blocks);
+        let mut texts = BlockTexts::new(self.setup.program, checked.files);
+        for block in &mut answer.blocks {
+            block.text = texts.at(block.block.span);
+        }
+        Ok(answer)
     }
-    Ok(answer)
+}
+
+/// Adds what a further part shows of the axes.
+fn merge(axes: &mut Vec<RecordedAxisCheck>, more: Vec<RecordedAxisCheck>) {
+    for other in more {
+        let Some(axis) = axes.iter_mut().find(|axis| axis.axis == other.axis) else {
+            axes.push(other);
+            continue;
+        };
+        axis.step = axis.step.max(other.step);
+        axis.noise = axis.noise.max(other.noise);
+        for used in other.limits {
+            let own = axis.limits.iter_mut();
+            match own
+                .into_iter()
+                .find(|own| own.derivative == used.derivative)
+            {
+                Some(own) if used.certain() > own.certain() => *own = used,
+                Some(_) => {}
+                None => axis.limits.push(used),
+            }
+        }
+    }
 }
 
 /// Refuses a record that cannot be one of this machine.
-fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
+/// So many rows stand before.
+fn check_rows(setup: &Setup<'_>, recorded: &Recorded, before: u64) -> Result<(), SimError> {
     let rows = recorded.time_s.len();
+    let counted = |row: usize| before + row as u64 + 1;
     if let Some(row) = (1..rows).find(|&row| {
         recorded.time_s[row].partial_cmp(&recorded.time_s[row - 1])
             != Some(std::cmp::Ordering::Greater)
@@ -176,7 +397,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
         return Err(SimError::refused(
             format!(
                 "row {}: the time {} s is not after {} s, the time of the row before",
-                row + 1,
+                counted(row),
                 recorded.time_s[row],
                 recorded.time_s[row - 1]
             ),
@@ -195,7 +416,7 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded) -> Result<(), SimError> {
         if let Some(row) = axis.values.iter().position(|value| !value.is_finite()) {
             let what = format!(
                 "row {}: the position of axis {} is not a number",
-                row + 1,
+                counted(row),
                 axis.axis
             );
             return Err(SimError::refused(what, "leave the row out"));
@@ -369,9 +590,7 @@ impl<'a> Channels<'a> {
                             .unwrap_or_default(),
                         is_exceeded,
                     };
-                    let more = |than: &LimitUse| {
-                        rate.certain() / limit > (than.found - than.plus_minus) / than.limit
-                    };
+                    let more = |than: &LimitUse| rate.certain() / limit > than.certain();
                     if worst.as_ref().is_none_or(more) {
                         worst = Some(used.clone());
                     }
@@ -410,46 +629,6 @@ impl<'a> Channels<'a> {
 fn short(value: f64) -> String {
     let digits = 2.0 - lostmotion_base::math::log10(value.abs().max(1e-9)).floor();
     format!("{value:.*}", digits.clamp(0.0, 9.0) as usize)
-}
-
-fn place(
-    path: &ProgrammedPath,
-    located: &Located,
-    recorded: &Recorded,
-    feet: &[Foot],
-) -> RecordPlace {
-    let block = |piece: usize| {
-        path.pieces
-            .get(piece)
-            .map(|piece| piece.block)
-            .unwrap_or_default()
-    };
-    let (first, last) = located.rows;
-    let time = |row: usize| recorded.time_s.get(row).copied().unwrap_or_default();
-    let rows = recorded.time_s.len();
-    RecordPlace {
-        first: block(feet.first().map_or(0, |foot| foot.piece)),
-        last: block(feet.last().map_or(0, |foot| foot.piece)),
-        from_s: time(first),
-        to_s: time(last),
-        rows: rows as u64,
-        rows_before: first as u64,
-        rows_behind: (rows - 1 - last.min(rows - 1)) as u64,
-        coordinates: match located.coordinates {
-            Coordinates::Machine => RecordCoordinates::Machine,
-            Coordinates::Program => RecordCoordinates::Program,
-            Coordinates::Found => RecordCoordinates::Shifted,
-        },
-        shift_mm: located.shift_mm,
-        shift_error_mm: located.shift_error_mm,
-        others: located
-            .others
-            .iter()
-            .take(MOST_OTHERS)
-            .map(|place| block(path.at(*place)))
-            .collect(),
-        other_places: located.others.len() as u64,
-    }
 }
 
 /// The blocks that the record goes through.
@@ -555,11 +734,10 @@ impl<'a> Blocks<'a> {
         let Some((_, _, block)) = self.found.get_mut(index) else {
             return;
         };
-        let certain = |used: &LimitUse| (used.found - used.plus_minus) / used.limit;
         if block
             .limit
             .as_ref()
-            .is_none_or(|other| certain(&used) > certain(other))
+            .is_none_or(|other| used.certain() > other.certain())
         {
             block.limit = Some(used);
         }

@@ -41,7 +41,7 @@ pub(super) struct ProgrammedPath {
 }
 
 /// The nearest point of a stretch of the path.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Foot {
     pub(super) piece: usize,
     /// Along the piece, and along the path, mm.

@@ -10,6 +10,8 @@ use lostmotion_base::math;
 
 /// Steps between the samples of a stencil.
 const SCALES: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// Rows of the longest stencil: the third derivative at the widest scale.
+pub(super) const LONGEST_ROWS: usize = 3 * SCALES[SCALES.len() - 1];
 /// Longest stencil, s. A choice: longer ones average over whole moves.
 const LONGEST_S: f64 = 0.2;
 /// Finest decimal that values are looked at for.

@@ -87,6 +87,13 @@ pub struct LimitUse {
     pub is_exceeded: bool,
 }
 
+impl LimitUse {
+    /// The least that is certain, in parts of the limit.
+    pub(super) fn certain(&self) -> f64 {
+        (self.found - self.plus_minus) / self.limit
+    }
+}
+
 /// A block of the program, each time it runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -6,7 +6,7 @@ use lostmotion_base::random::Random;
 use lostmotion_drive::config::Cycles;
 use lostmotion_plan::{Action, Sample};
 use lostmotion_sim::recorded::results::{Derivative, RecordCheck, RecordCoordinates, RecordKind};
-use lostmotion_sim::recorded::{RecordOptions, Recorded, RecordedAxis};
+use lostmotion_sim::recorded::{RecordOptions, Recorded, RecordedAxis, SHARED_ROWS};
 use lostmotion_sim::{Intervention, Machine, Program, SimError, SimulateOptions, Simulation};
 
 /// Corners, arcs and a dwell; no stretch is like another.
@@ -480,4 +480,160 @@ fn a_record_that_is_none_is_refused_with_its_row() {
         .check_record(&good, &few)
         .unwrap_err();
     assert!(error.to_string().contains("more than 3 moves"), "{error}");
+}
+
+/// The rows of a range.
+fn rows_of(recorded: &Recorded, rows: std::ops::Range<usize>) -> Recorded {
+    Recorded {
+        time_s: recorded.time_s[rows.clone()].to_vec(),
+        axes: recorded
+            .axes
+            .iter()
+            .map(|axis| RecordedAxis {
+                axis: axis.axis,
+                values: axis.values[rows.clone()].to_vec(),
+            })
+            .collect(),
+        ..recorded.clone()
+    }
+}
+
+/// A record in parts says what the whole one does, with a rest before the program, motion behind it, a
+/// stretch that is off, and coordinates that have to be found.
+#[test]
+fn a_record_in_parts_is_checked_as_a_whole() {
+    let usual = Make {
+        step_mm: 1e-4,
+        ..Make::default()
+    };
+    let plain = usual.record(PART);
+    let rows = plain.time_s.len();
+    let with = |change: &dyn Fn(usize, f64) -> f64| {
+        let mut changed = plain.clone();
+        for (row, value) in changed.axes[0].values.iter_mut().enumerate() {
+            *value = (change(row, *value) * 1e4).round() / 1e4;
+        }
+        changed
+    };
+    let off = with(&|row, x| {
+        let t = (row as f64 - 0.55 * rows as f64) / 200.0;
+        x + 0.4 * (-t * t).exp()
+    });
+    // at rest before the program for longer than a part, away from the path behind it
+    let mut around = plain.clone();
+    let (before, behind) = (2500, 1500);
+    let last = plain.time_s[rows - 1];
+    around.time_s = (0..before).map(|row| row as f64 * 1e-3).collect();
+    around.time_s.extend(plain.time_s.iter().map(|t| 2.5 + t));
+    around
+        .time_s
+        .extend((1..=behind).map(|row| 2.5 + last + row as f64 * 1e-3));
+    for axis in &mut around.axes {
+        let (first, last) = (axis.values[0], axis.values[rows - 1]);
+        let mut values = vec![first; before];
+        values.append(&mut axis.values);
+        values.extend((1..=behind).map(|row| last + 0.02 * row as f64));
+        axis.values = values;
+    }
+    let shifted = Make {
+        shift_mm: [11.0, -7.0, 3.0],
+        ..usual.clone()
+    };
+    for (what, record, first) in [
+        ("plain", plain.clone(), 2000),
+        ("off", off, 2000),
+        ("shifted", shifted.record(PART), 6000),
+    ] {
+        let program = Program::from_str("part.ngc", PART);
+        let machine = machine();
+        let simulation = Simulation::new(&program, &machine);
+        let whole = checked(PART, &record).unwrap();
+        let total = record.time_s.len();
+        let (mut from, mut size) = (0, first);
+        let mut next = || -> Result<Option<(Recorded, usize)>, SimError> {
+            if from == total {
+                return Ok(None);
+            }
+            let shared = SHARED_ROWS.min(from);
+            let to = (from + size).min(total);
+            let part = rows_of(&record, from - shared..to);
+            (from, size) = (to, 1000);
+            Ok(Some((part, shared)))
+        };
+        let parts = simulation
+            .check_record_parts(&mut next, &RecordOptions::default())
+            .unwrap();
+        assert_eq!(line(&parts), line(&whole), "{what}");
+        let place = |check: &RecordCheck| {
+            let place = &check.place;
+            (place.rows, place.rows_before, place.coordinates)
+        };
+        assert_eq!(place(&parts), place(&whole), "{what}");
+        let behind = parts.place.rows_behind.abs_diff(whole.place.rows_behind);
+        assert!(behind <= 20, "{what}: {:?} {:?}", parts.place, whole.place);
+        assert_eq!(parts.is_within(), whole.is_within(), "{what}");
+        assert_eq!(parts.block_count, whole.block_count, "{what}");
+        assert_eq!(parts.at_fault, whole.at_fault, "{what}");
+        let near = |a: f64, b: f64| (a - b).abs() <= 0.02 * b.abs() + 0.2;
+        assert!(
+            near(parts.deviation_max_um, whole.deviation_max_um),
+            "{what}"
+        );
+        assert!(
+            near(parts.deviation_rms_um, whole.deviation_rms_um),
+            "{what}"
+        );
+        for (a, b) in parts.axes.iter().zip(&whole.axes) {
+            for (a, b) in a.limits.iter().zip(&b.limits) {
+                assert!((a.times - b.times).abs() < 0.02, "{what}: {a:?} {b:?}");
+            }
+        }
+    }
+    // Rest before the program and motion behind it are left out, whichever parts they fill.
+    let total = around.time_s.len();
+    let (mut from, mut size) = (0, 2000);
+    let mut next = || -> Result<Option<(Recorded, usize)>, SimError> {
+        if from == total {
+            return Ok(None);
+        }
+        let shared = SHARED_ROWS.min(from);
+        let to = (from + size).min(total);
+        let part = rows_of(&around, from - shared..to);
+        (from, size) = (to, 1000);
+        Ok(Some((part, shared)))
+    };
+    let program = Program::from_str("part.ngc", PART);
+    let bench = machine();
+    let parts = Simulation::new(&program, &bench)
+        .check_record_parts(&mut next, &RecordOptions::default())
+        .unwrap();
+    assert_eq!(line(&parts), line(&checked(PART, &plain).unwrap()));
+    assert_eq!(parts.place.rows, total as u64);
+    assert_eq!(parts.place.coordinates, RecordCoordinates::Machine);
+    assert_eq!(parts.place.rows_before, 2000 - SHARED_ROWS as u64);
+    // Up to 3 mm beside the path still count for it.
+    let least = 1500 - (3.0 / (0.02 * 3.0_f64.sqrt())) as u64;
+    let behind = parts.place.rows_behind;
+    assert!((least..=1500).contains(&behind), "{:?}", parts.place);
+    // A log that never moves is refused for that.
+    let rest = rows_of(&plain, 0..1);
+    let still = Recorded {
+        time_s: (0..3000).map(|row| row as f64 * 1e-3).collect(),
+        axes: rest
+            .axes
+            .iter()
+            .map(|axis| RecordedAxis {
+                axis: axis.axis,
+                values: vec![axis.values[0]; 3000],
+            })
+            .collect(),
+        ..rest.clone()
+    };
+    let mut parts = vec![(still.clone(), 0)];
+    let program = Program::from_str("part.ngc", PART);
+    let machine = machine();
+    let refused = Simulation::new(&program, &machine)
+        .check_record_parts::<SimError>(&mut || Ok(parts.pop()), &RecordOptions::default())
+        .unwrap_err();
+    assert!(refused.to_string().contains("hardly moves"), "{refused}");
 }
