@@ -59,10 +59,10 @@ pub(super) const LEAST_INERTIA: f64 = 0.1;
 pub(super) const N: usize = 4;
 /// Prior of the unknowns, the range of usual axes: mean.
 const PRIOR_MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
-/// Prior of the unknowns: standard deviation. Viscous friction that takes more than 0.3 of the rated torque
-/// at the rated speed of a motor (3000/min) is rare: at one slow feed only such a bound tells it from
-/// Coulomb friction.
-const PRIOR_DEVIATION: LoadVector = [3.0, 0.035, 0.3, 0.05];
+/// Prior of the unknowns: standard deviation. Viscous friction that takes more than half of the rated torque
+/// at the rated speed of a motor (3000/min, two deviations) is rare: at one slow feed only such a bound tells
+/// it from Coulomb friction. Tuned (0.1 before; with 0.035 a load was thrown and shafts were read wrongly).
+const PRIOR_DEVIATION: LoadVector = [3.0, 0.06, 0.3, 0.05];
 /// Standard deviation of the drift from block to block (of the inertia, as a part of it). Friction
 /// drifts most: if a constant torque were as free, half of any change of the friction would be
 /// taken for one as long as the axis moves one way. Tuned with the learning within the first

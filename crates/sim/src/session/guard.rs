@@ -204,13 +204,15 @@ impl Guard {
         self.asks_left = self.asks_left.saturating_sub(1);
         self.asked = Some(memory);
         let Some(said) = said else { return };
+        // what was foreseen of another correction is forgotten
+        if said.skips != self.skips {
+            self.contours.clear();
+            self.returns.counted.fill(0);
+        }
         self.corrects = said.share > 0.0;
         self.part = said.share;
         self.rehearsed = Some(said.without);
         self.skips = said.skips;
-        // what was foreseen of another correction is forgotten
-        self.contours.clear();
-        self.returns.counted.fill(0);
     }
 
     /// Of a machine that is rehearsed with a part of its correction, but for some stretches.
@@ -568,7 +570,7 @@ mod tests {
         };
         guard.contours.squares = [1.0, 0.5];
         guard.told(knows(1e-3), Some(said(0.5)));
-        assert!(guard.share() == 0.5 && guard.contours.squares == [0.0; 2]);
+        assert!(guard.share() == 0.5 && guard.contours.squares == [1.0, 0.5]);
         guard.told(knows(2e-3), Some(said(0.0)));
         assert_eq!(guard.share(), 0.0);
         // whatever is foreseen then, until a rehearsal with more says something else

@@ -103,6 +103,8 @@ impl Knowledge {
                     format!(
                         "{does}: foresees {with} um RMS for {without}, {high} um max for {highest}"
                     )
+                } else if self.moments.len() > 1 {
+                    format!("{does}, as rehearsed")
                 } else {
                     format!("{does} from the start")
                 },
