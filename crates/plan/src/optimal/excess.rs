@@ -13,7 +13,7 @@ pub(super) const DIFFERENCE_POINTS: usize = 4;
 const ROUNDING_SHARE: f64 = 1e-7;
 /// Part of a limit that is taken away beyond the excess, so that the next solution does not end
 /// just beyond it again. Tuned (2e-4 before samples were judged from outside).
-const TIGHTEN_MARGIN: f64 = 5e-4;
+pub(super) const TIGHTEN_MARGIN: f64 = 5e-4;
 /// Half width of a dip of the pace in units of sqrt(v/j): so wide that the dip's own change of pace
 /// costs less jerk than the lower pace saves. A choice: narrower dips add jerk, wider ones lengthen
 /// the motion.

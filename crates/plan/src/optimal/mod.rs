@@ -77,7 +77,7 @@ pub(crate) fn nominal_clock(clock: Clock) -> Clock {
 impl Retimer {
     pub(crate) fn new(config: &PlannerConfig) -> Retimer {
         let clock = nominal_clock(config.clock);
-        let windows = Windows::new(config, clock, TAIL_BETA);
+        let windows = Windows::new(config, clock, TAIL_BETA, true);
         Retimer {
             windows,
             step_s: clock.period_s(),

@@ -14,8 +14,15 @@ const EASE_MARGIN: f64 = 2e-4;
 /// The same for a largest beta, which has no need of room: rounding.
 const CEILING_MARGIN: f64 = 1e-5;
 
+/// Intervals one after the other over which a motion that uses all of a limit may use less. A choice:
+/// its jerk changes within one of them, or at two such places that are next to each other.
+const MOST_LESS: usize = 2;
+
 /// Part of its limits up to which a joint counts as still: rounding of the nominal motion.
 const STILL_PART: f64 = 1e-9;
+/// Part of a limit by which rounding of the nominal motion may miss it. A choice: positions of some
+/// hundred mm and steps of a quarter of a millisecond make 1e-5.
+const ROUNDING_PART: f64 = 5e-5;
 /// Time, s, in which the pace may change from standing still to that of the nominal motion, about:
 /// where the joints rest, nothing else would bound its jerk. A choice: four command cycles of 1 ms.
 const SWIFTEST_PACE_S: f64 = 4e-3;
@@ -123,20 +130,39 @@ fn rests(point: &Sample) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LimitedJoint {
     pub(crate) index: usize,
+    /// What is planned for.
     pub(crate) limits: [f64; 3],
+    /// What the nominal motion may use at its own pace.
+    pub(crate) nominal: [f64; 3],
 }
 
-/// The joints that have limits, each kept to a part of them: velocity, acceleration, jerk.
-pub(crate) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Vec<LimitedJoint> {
+impl LimitedJoint {
+    /// The limit of a derivative where the nominal motion has one: what is planned for, or as much
+    /// as the nominal motion uses of what it may.
+    fn limit(&self, kind: usize, nominal: f64) -> f64 {
+        let (planned, used) = (self.limits[kind], nominal.abs());
+        if used <= self.nominal[kind] * (1.0 + STILL_PART) {
+            planned.max(used)
+        } else {
+            planned
+        }
+    }
+}
+
+/// The joints that have limits, each kept to a part of them: velocity, acceleration, jerk. A nominal
+/// motion at its own pace is kept to another part.
+pub(crate) fn joints(
+    limits: &[Option<AxisLimits>; AXES],
+    parts: [f64; 3],
+    nominal_part: f64,
+) -> Vec<LimitedJoint> {
     let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
         let limits = (*limits)?;
+        let limits = [limits.velocity, limits.acceleration, limits.jerk];
         Some(LimitedJoint {
             index,
-            limits: [
-                limits.velocity * parts[0],
-                limits.acceleration * parts[1],
-                limits.jerk * parts[2],
-            ],
+            limits: std::array::from_fn(|kind| limits[kind] * parts[kind]),
+            nominal: limits.map(|limit| limit * nominal_part),
         })
     };
     limits.iter().enumerate().filter_map(joint).collect()
@@ -188,19 +214,21 @@ pub(super) fn limits(
             .max(b.chord_part)
             .max(waiting);
         // Velocity is a ceiling of beta, acceleration and jerk are rows.
-        for LimitedJoint { index, limits } in &moving {
-            let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
-            let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);
-            fastest = fastest.max(v.abs().max(w.abs()) / limits[0]);
+        for joint in &moving {
+            let [v, w] = [a, b].map(|point| point.velocity.0[joint.index]);
+            let [c, d] = [a, b].map(|point| point.acceleration.0[joint.index]);
+            let speed = v.abs().max(w.abs());
+            fastest = fastest.max(speed / joint.limit(0, speed));
             // Derivatives of the nominal motion in the middle of the interval.
             let middle = [
                 0.5 * (v + w) - (d - c) * step_s / 8.0,
                 0.5 * (c + d),
                 (d - c) / step_s,
             ];
+            let [most_a, most_j] = [1, 2].map(|kind| joint.limit(kind, middle[kind]));
             problem
                 .rows
-                .push(derivatives.rows(middle, [limits[1] * room[0], limits[2] * room[1]]));
+                .push(derivatives.rows(middle, [most_a * room[0], most_j * room[1]]));
         }
         // The pace itself, as a joint of steady nominal speed.
         problem.rows.push(derivatives.rows(
@@ -210,6 +238,45 @@ pub(super) fn limits(
         problem.inverse_ceilings.push(fastest * fastest);
     }
     problem
+}
+
+/// Largest parts of the limits that the nominal motion uses between two points: speed (of joints, of
+/// the feed, and of what a chord allows), acceleration, jerk.
+fn used(ends: [&Sample; 2], joints: &[LimitedJoint], step_s: f64) -> [f64; 3] {
+    let [a, b] = ends;
+    let speed = [a.feed_part, b.feed_part, a.chord_part, b.chord_part]
+        .into_iter()
+        .fold(0.0, f64::max);
+    joints.iter().fold([speed, 0.0, 0.0], |used, joint| {
+        let [v, w] = [a, b].map(|point| point.velocity.0[joint.index].abs());
+        let [c, d] = [a, b].map(|point| point.acceleration.0[joint.index]);
+        let parts = [v.max(w), 0.5 * (c + d).abs(), (d - c).abs() / step_s];
+        std::array::from_fn(|kind| used[kind].max(parts[kind] / joint.nominal[kind]))
+    })
+}
+
+/// Whether the nominal motion keeps all limits at its own pace.
+pub(super) fn keeps_limits(points: &[Sample], joints: &[LimitedJoint], step_s: f64) -> bool {
+    points.windows(2).all(|pair| {
+        let used = used([&pair[0], &pair[1]], joints, step_s);
+        used.iter().all(|part| *part <= 1.0 + ROUNDING_PART)
+    })
+}
+
+/// Whether the nominal motion uses all of a limit all along, but where its jerk changes: so does the
+/// fastest one on a line.
+pub(super) fn uses_limits(points: &[Sample], joints: &[LimitedJoint], step_s: f64) -> bool {
+    let mut less = 0;
+    points.windows(2).all(|pair| {
+        let used = used([&pair[0], &pair[1]], joints, step_s);
+        let all = used.iter().any(|part| *part >= 1.0 - ROUNDING_PART);
+        less = if all || (rests(&pair[0]) && rests(&pair[1])) {
+            0
+        } else {
+            less + 1
+        };
+        less <= MOST_LESS
+    })
 }
 
 /// Value, slope and curvature of beta in the middle of an interval by its coefficients.

@@ -2,10 +2,13 @@
 
 use super::excess::{self, DIFFERENCE_POINTS, Excess, LimitJudge};
 use super::interior::{Goal, Interior};
-use super::problem::{End, LimitedJoint, Problem, joints, limits, stop_s};
+use super::problem::{
+    End, LimitedJoint, Problem, joints, keeps_limits, limits, stop_s, uses_limits,
+};
 use super::warp::{Placed, Walk};
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
+use std::ops::Range;
 
 /// Part of a window that is planned but held back, in times that the slowest joint takes to stop.
 const MARGIN_STOPS: f64 = 2.0;
@@ -48,6 +51,22 @@ const FAILED_GAP: f64 = 0.05;
 /// Intervals at the start of a window that are eased again after limits were tightened: the given
 /// state leaves little choice there. A choice: as many as the taper of a dip beside a given state.
 const EASED_AGAIN: usize = 60;
+/// Part by which samples at the nominal pace may pass a limit: rounding of positions.
+const STEADY_EXCESS: f64 = 5e-5;
+/// Intervals to either side of a sample to which a passed limit is put down, at most: those under
+/// four samples, and one more.
+const JUDGED_REACH: usize = 2 * excess::DIFFERENCE_POINTS + 2;
+/// Part of the time by which a solution has to be faster than the nominal pace, where that can be
+/// kept, not to be held against it. A choice: rounding.
+const FASTER_PART: f64 = 1e-9;
+/// The part of a limit that is left to an interval in which it is passed by that.
+const STEADY_ROOM: f64 = (1.0 - excess::TIGHTEN_MARGIN) / (1.0 + STEADY_EXCESS);
+/// How many ways to the nominal pace and from it are tried, each a part shorter. A choice: where the
+/// first ones pass a limit, one that changes the pace at another place often does not.
+const TRIED_WAYS: usize = 4;
+/// Part of a limit that has to be left to what is held back on a way from the nominal pace, if all
+/// ways pass one. A choice: the next window nearly always mends as much.
+const LEAST_HELD_BACK: f64 = 0.95;
 /// Samples that the present solution of a window leads to, with the limits that they pass.
 pub(crate) struct Trial {
     pub(super) samples: Vec<Placed>,
@@ -75,6 +94,8 @@ impl Trial {
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
     joints: Vec<LimitedJoint>,
+    /// The same where the nominal pace may be kept: what the nominal motion uses is allowed.
+    steady_joints: Vec<LimitedJoint>,
     step_s: f64,
     /// The pace, squared, at which a window ends that is not the last.
     tail: f64,
@@ -88,6 +109,8 @@ pub(crate) struct Windows {
     width: f64,
     /// Intervals that a window keeps back.
     pub(crate) margin: usize,
+    /// Whether the nominal motion at its own pace is one to fall back on.
+    has_pace: bool,
     walk: Walk,
     solver: Interior,
     judge: LimitJudge,
@@ -97,14 +120,23 @@ pub(crate) struct Windows {
 
 impl Windows {
     /// For samples at the configuration's clock from a nominal motion at another; `tail` is the
-    /// pace, squared, at which a window ends that is not the last.
-    pub(crate) fn new(config: &PlannerConfig, nominal: Clock, tail: f64) -> Windows {
-        let joints = joints(&config.limits, PLANNED_PARTS);
+    /// pace, squared, at which a window ends that is not the last. `has_pace` says that the nominal
+    /// motion keeps the limits at its own pace nearly everywhere, and that no window should be
+    /// slower.
+    pub(crate) fn new(
+        config: &PlannerConfig,
+        nominal: Clock,
+        tail: f64,
+        has_pace: bool,
+    ) -> Windows {
+        let steady_joints = joints(&config.limits, PLANNED_PARTS, 1.0);
+        let joints = joints(&config.limits, PLANNED_PARTS, 0.0);
         let step_s = nominal.period_s();
         let stop_s = stop_s(&joints);
         Windows {
             width: excess::width(joints.iter().map(|joint| joint.limits), step_s),
             joints,
+            steady_joints,
             step_s,
             tail,
             points: Vec::new(),
@@ -118,6 +150,7 @@ impl Windows {
             solver: Interior::default(),
             judge: LimitJudge::new(config),
             kept: 0,
+            has_pace,
         }
     }
 
@@ -131,33 +164,209 @@ impl Windows {
     pub(crate) fn best(&mut self, ends: [End; 2], given: usize, eased: usize) -> Trial {
         let intervals = self.points.len() - 1;
         self.room.resize(intervals, [1.0; 2]);
-        let mut problem = limits(&self.points, &self.joints, self.step_s, &self.room, ends);
         let known = self.x.clone();
-        // The state at the start is given, and may use all of a limit: what it passes is eased, so
-        // that the start is feasible.
-        problem.ease(eased, &known);
         // Fresh intervals start at the pace of a window's end, which keeps every limit.
         self.x.resize(intervals + 2, self.tail);
-        let slow = self.x.clone();
-        let mut trial = self.improve(&problem, &FIRST_GOAL, ends[1], given);
-        let mut is_kept = !trial.found;
-        // The solver imposes limits in the middles of intervals, the judge looks at samples: where
-        // they differ the limits are tightened.
-        for _ in 0..MAX_ROUNDS {
-            // The steady pace of the end is slower but within all limits, but for the way there.
-            if trial.least() > 1.0 - ROUND_EXCESS || !trial.found {
-                break;
-            }
-            for (interval, scale) in &trial.excess {
-                problem.tighten(*interval, *scale);
-                self.room[*interval] = [
-                    self.room[*interval][0] * scale[0],
-                    self.room[*interval][1] * scale[1],
-                ];
-            }
-            problem.ease(EASED_AGAIN.min(eased), &known);
-            trial = self.improve(&problem, &REPAIR_GOAL, ends[1], given);
+        let steady = if self.has_pace {
+            self.steady(ends, given, &known)
+        } else {
+            0..0
+        };
+        // From the nominal pace, if no other can be faster, there is nothing to look for.
+        if steady.start == 0
+            && !steady.is_empty()
+            && uses_limits(
+                &self.points[..=steady.end],
+                &self.steady_joints,
+                self.step_s,
+            )
+            && let Some(trial) = self.at_pace(&steady, ends, given, &known)
+        {
+            return trial;
         }
+        let trial = self.solved(ends, given, eased, &known);
+        self.or_steady(trial, &steady, ends, given, &known)
+    }
+
+    /// The intervals over which the nominal pace may be kept: between the way to it from a given
+    /// state, and the way from it to the pace of the window's end. None where it is too fast, as it
+    /// is at corners rounded in time.
+    fn steady(&self, ends: [End; 2], given: usize, known: &[f64]) -> Range<usize> {
+        let is_given = ends[0] == End::Moving && known.iter().take(2).any(|x| *x != 1.0);
+        let start = if is_given { self.margin } else { 0 };
+        let end = if ends[1] == End::Moving {
+            given
+        } else {
+            self.points.len() - 1
+        };
+        if start < end && keeps_limits(&self.points[start..=end], &self.steady_joints, self.step_s)
+        {
+            start..end
+        } else {
+            0..0
+        }
+    }
+
+    /// The nominal pace in place of a solution that takes longer than it or passes a limit. A motion
+    /// that uses all of the jerk all along, as one from rest to rest on a line does, has no better
+    /// one, and the solution comes near to it at most.
+    fn or_steady(
+        &mut self,
+        trial: Trial,
+        steady: &Range<usize>,
+        ends: [End; 2],
+        given: usize,
+        known: &[f64],
+    ) -> Trial {
+        let coefficients = steady.start..steady.end + 2;
+        let steady_s = self.step_s * (1.0 - FASTER_PART) * steady.len() as f64;
+        let passes = trial.least() < STEADY_ROOM;
+        let is_faster =
+            !steady.is_empty() && Walk::lasts_s(self.step_s, &self.x[coefficients]) < steady_s;
+        if steady.is_empty() || (is_faster && !passes) {
+            return trial;
+        }
+        let (solved, solved_s) = (self.x.clone(), self.lasts_s());
+        match self.at_pace(steady, ends, given, known) {
+            Some(other) if passes || self.lasts_s() <= solved_s => other,
+            _ => {
+                self.x = solved;
+                trial
+            }
+        }
+    }
+
+    /// The nominal pace over some intervals, with ways to it and from it; `None` if there are none.
+    fn at_pace(
+        &mut self,
+        steady: &Range<usize>,
+        ends: [End; 2],
+        given: usize,
+        known: &[f64],
+    ) -> Option<Trial> {
+        let before = self.x.clone();
+        let found = self
+            .enter_pace(steady.start, ends[1], given, known)
+            .and_then(|trial| {
+                if ends[1] == End::Moving {
+                    self.leave_pace(ends[1], given, &before)
+                } else {
+                    Some(trial)
+                }
+            });
+        if found.is_none() {
+            self.x = before;
+        }
+        found
+    }
+
+    /// The nominal pace from some interval up to `start` on; samples that are output keep the limits.
+    fn enter_pace(&mut self, start: usize, end: End, given: usize, known: &[f64]) -> Option<Trial> {
+        let judged = if end == End::Moving {
+            given.saturating_sub(JUDGED_REACH)
+        } else {
+            usize::MAX
+        };
+        // Where the nominal motion uses all of the jerk, hardly any way leads to its pace.
+        (0..TRIED_WAYS).find_map(|way| {
+            let over = start - start * way / (TRIED_WAYS + 1);
+            if start == 0 && way > 0 {
+                return None;
+            }
+            self.x[over..].fill(1.0);
+            if over > 0 && !self.join(0..over, known) {
+                return None;
+            }
+            let trial = self.trial(end, given, true);
+            let keeps = |(interval, scale): &(usize, [f64; 2])| {
+                *interval >= judged || scale[0].min(scale[1]) >= STEADY_ROOM
+            };
+            trial.excess.iter().all(keeps).then_some(trial)
+        })
+    }
+
+    /// From the nominal pace to that of the window's end, over what is held back.
+    fn leave_pace(&mut self, end: End, given: usize, before: &[f64]) -> Option<Trial> {
+        let intervals = self.points.len() - 1;
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for way in 0..TRIED_WAYS {
+            let from = given + (intervals - given) * way / (2 * TRIED_WAYS);
+            self.x[given..from + 2].fill(1.0);
+            self.x[intervals..].copy_from_slice(&before[intervals..]);
+            if !self.join(from..intervals, &[]) {
+                continue;
+            }
+            let trial = self.trial(end, given, true);
+            if trial.least() > 1.0 - ROUND_EXCESS {
+                return Some(trial);
+            }
+            if best
+                .as_ref()
+                .is_none_or(|(least, _)| trial.least() > *least)
+            {
+                best = Some((trial.least(), self.x.clone()));
+            }
+        }
+        let (_, x) = best.filter(|(least, _)| *least > LEAST_HELD_BACK)?;
+        self.x = x;
+        Some(self.trial(end, given, true))
+    }
+
+    /// Finds a way between the paces that the coefficients have at both ends of some intervals;
+    /// false if there is none.
+    fn join(&mut self, over: Range<usize>, known: &[f64]) -> bool {
+        let x = &mut self.x[over.start..over.end + 2];
+        let count = x.len();
+        if let Some(known) = known.get(..2) {
+            x[..2].copy_from_slice(known);
+        }
+        let (first, last) = (x[1], x[count - 2]);
+        // To begin with a change as smooth as can be.
+        for (index, x) in x.iter_mut().enumerate().take(count - 2).skip(2) {
+            let part = (index - 1) as f64 / (count - 3) as f64;
+            *x = first + (last - first) * part * part * (3.0 - 2.0 * part);
+        }
+        // A given state keeps what is planned for, the nominal pace needs what the nominal motion
+        // uses: from the one to the other.
+        let half = 0.5 * over.len() as f64;
+        let room: Vec<[f64; 2]> = (0..over.len())
+            .map(|interval| {
+                let part = (interval as f64 / half).min(1.0);
+                let planned = if known.is_empty() {
+                    1.0
+                } else {
+                    PLANNED_PARTS[2]
+                };
+                [1.0, planned + (1.0 - planned) * part]
+            })
+            .collect();
+        let mut problem = limits(
+            &self.points[over.start..=over.end],
+            &self.steady_joints,
+            self.step_s,
+            &room,
+            [End::Moving; 2],
+        );
+        problem.ease(known.len().saturating_sub(2).min(EASED_AGAIN), known);
+        self.solver.solve(&problem, x, &FIRST_GOAL) < FAILED_GAP
+    }
+
+    /// The solution for less time, as near to the limits as it can be brought.
+    fn solved(&mut self, ends: [End; 2], given: usize, eased: usize, known: &[f64]) -> Trial {
+        let (slow, room) = (self.x.clone(), self.room.clone());
+        let mut trial = self.tightened([EASED_AGAIN, eased], ends, given, known);
+        // A way from the nominal pace need not be the known one, whatever that passes.
+        if trial.least() < LEAST_ROOM && known.len() >= 2 && known[..2] == [1.0; 2] {
+            let found = std::mem::replace(&mut self.x, slow.clone());
+            let tight = std::mem::replace(&mut self.room, room);
+            let other = self.tightened([JUDGED_REACH, eased], ends, given, known);
+            if other.found && other.least() > trial.least() {
+                trial = other;
+            } else {
+                (self.x, self.room) = (found, tight);
+            }
+        }
+        let mut is_kept = !trial.found;
         if trial.least() < LEAST_ROOM {
             let found = std::mem::replace(&mut self.x, slow);
             let other = self.trial(ends[1], given, true);
@@ -172,6 +381,41 @@ impl Windows {
             is_kept,
             ..self.settle(trial, ends, given)
         }
+    }
+
+    /// The solution after limits were tightened where its samples pass them. The limits of the first
+    /// intervals are eased so that the pace known for them is feasible: after limits were tightened,
+    /// and at first.
+    fn tightened(
+        &mut self,
+        [eased_again, eased]: [usize; 2],
+        ends: [End; 2],
+        given: usize,
+        known: &[f64],
+    ) -> Trial {
+        let mut problem = limits(&self.points, &self.joints, self.step_s, &self.room, ends);
+        // The state at the start is given, and may use all of a limit: what it passes is eased, so
+        // that the start is feasible.
+        problem.ease(eased, known);
+        let mut trial = self.improve(&problem, &FIRST_GOAL, ends[1], given);
+        // The solver imposes limits in the middles of intervals, the judge looks at samples: where
+        // they differ the limits are tightened.
+        for _ in 0..MAX_ROUNDS {
+            // The steady pace of the end is slower but within all limits, but for the way there.
+            if trial.least() > 1.0 - ROUND_EXCESS || !trial.found {
+                break;
+            }
+            for (interval, scale) in &trial.excess {
+                problem.tighten(*interval, *scale);
+                self.room[*interval] = [
+                    self.room[*interval][0] * scale[0],
+                    self.room[*interval][1] * scale[1],
+                ];
+            }
+            problem.ease(eased_again.min(eased), known);
+            trial = self.improve(&problem, &REPAIR_GOAL, ends[1], given);
+        }
+        trial
     }
 
     /// Lowers the pace where a limit is still passed by a little, if that suffices and takes hardly

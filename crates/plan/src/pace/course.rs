@@ -72,7 +72,7 @@ pub(super) struct Course {
 impl Course {
     pub(super) fn new(limits: &[Option<AxisLimits>; AXES], step_s: f64) -> Course {
         Course {
-            joints: joints(limits, [1.0; 3]),
+            joints: joints(limits, [1.0; 3], 0.0),
             samples: VecDeque::new(),
             first: 0,
             kinds: VecDeque::new(),

@@ -56,7 +56,7 @@ impl Retimed {
         asked: Asked,
     ) -> Option<Retimed> {
         let sure = asked.sure();
-        let windows = Windows::new(config, nominal, sure * sure);
+        let windows = Windows::new(config, nominal, sure * sure, false);
         let margin = (windows.margin as f64 * asked.feed.max(1.0)).ceil() as usize;
         let mut retimed = Retimed {
             asked,

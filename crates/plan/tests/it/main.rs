@@ -8,6 +8,7 @@ mod five_axes;
 mod generated;
 mod limits;
 mod motion;
+mod never_slower;
 mod optimal;
 mod optimal_generated;
 mod overrides;

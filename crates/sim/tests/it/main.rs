@@ -39,4 +39,5 @@ mod stops_end;
 mod testpart;
 mod time;
 mod travel;
+mod tube;
 mod worm;

@@ -1,0 +1,346 @@
+//! Both promises of G64 P on lines, arcs, helices and splines: every sample is within P
+//! of what is programmed, and every programmed end point within P of the samples, by distances from
+//! formulas of the curves that stand here.
+//!
+//! `PROGRAMS=1000` plans as many.
+
+use lostmotion_base::{Coords, Random};
+use lostmotion_plan::{Quality, Sample};
+use lostmotion_sim::{Machine, Program, Simulation};
+use std::env;
+use std::f64::consts::TAU;
+
+/// X, Y, Z in the part, mm.
+type Place = [f64; 3];
+
+/// A programmed curve from 0 to 1.
+type Way = Box<dyn Fn(f64) -> Place>;
+
+/// What splines may be off by, mm (`spline_tolerance_mm`), and digits of the program.
+const SPLINE_MM: f64 = 1e-3;
+const DIGITS_MM: f64 = 2e-6;
+/// Places at which a curve is looked at before the nearest one is refined.
+const SCAN: usize = 64;
+
+struct Drawn {
+    text: String,
+    here: Place,
+    /// By line of the text; `None` where nothing moves.
+    ways: Vec<Option<(Way, f64)>>,
+    random: Random,
+}
+
+/// As it stands in the program.
+fn written(value: f64) -> f64 {
+    (value * 1e5).round() / 1e5
+}
+
+impl Drawn {
+    fn head(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+        self.ways.push(None);
+    }
+
+    fn add(&mut self, line: &str, way: Way, off_mm: f64) {
+        self.here = way(1.0);
+        self.text.push_str(line);
+        self.text.push('\n');
+        self.ways.push(Some((way, off_mm)));
+    }
+
+    fn line(&mut self, length: f64) {
+        let from = self.here;
+        let end: [f64; 3] = std::array::from_fn(|k| {
+            let size = if k == 2 { 0.2 } else { 1.0 };
+            let low = if k == 2 { 20.0 } else { -50.0 };
+            written((from[k] + size * length * self.random.signed()).clamp(low, 60.0))
+        });
+        let words = format!("G1 X{:.5} Y{:.5} Z{:.5}", end[0], end[1], end[2]);
+        let way = move |t: f64| std::array::from_fn(|k| from[k] + (end[k] - from[k]) * t);
+        self.add(&words, Box::new(way), 0.0);
+    }
+
+    /// A helix about a centre, with its end on the circle to the digits of the program.
+    fn arc(&mut self) {
+        let from = self.here;
+        let radius = self.random.log_between(0.5, 15.0);
+        let (a, sweep) = (
+            TAU * self.random.unit(),
+            self.random.between(0.2, 5.5) * [1.0, -1.0][self.random.below(2)],
+        );
+        let center = [0, 1].map(|k| written(from[k] - radius * [a.cos(), a.sin()][k]) - from[k]);
+        let center = [from[0] + written(center[0]), from[1] + written(center[1])];
+        let radius = (from[0] - center[0]).hypot(from[1] - center[1]);
+        let start = (from[1] - center[1]).atan2(from[0] - center[0]);
+        let end = [
+            written(center[0] + radius * (start + sweep).cos()),
+            written(center[1] + radius * (start + sweep).sin()),
+        ];
+        let rise = written(from[2] + 2.0 * self.random.signed() * self.random.below(2) as f64);
+        let code = if sweep > 0.0 { "G3" } else { "G2" };
+        let words = format!(
+            "{code} X{:.5} Y{:.5} Z{rise:.5} I{:.5} J{:.5}",
+            end[0],
+            end[1],
+            center[0] - from[0],
+            center[1] - from[1]
+        );
+        let way = move |t: f64| {
+            let angle = start + sweep * t;
+            let at = if t == 1.0 {
+                end
+            } else {
+                [
+                    center[0] + radius * angle.cos(),
+                    center[1] + radius * angle.sin(),
+                ]
+            };
+            [at[0], at[1], from[2] + (rise - from[2]) * t]
+        };
+        self.add(&words, Box::new(way), 2.0 * DIGITS_MM);
+    }
+
+    /// A curve by weighted control points: Bezier curves, and what G5.2 makes of as many points as
+    /// its order.
+    fn bezier(&mut self, line: &str, points: Vec<[f64; 3]>) {
+        let (from, order) = (self.here, points.len());
+        let way = move |t: f64| {
+            // Bernstein polynomials, one from the other.
+            let mut basis = vec![1.0];
+            for _ in 1..order {
+                let mut next = vec![0.0; basis.len() + 1];
+                for (k, b) in basis.iter().enumerate() {
+                    next[k] += b * (1.0 - t);
+                    next[k + 1] += b * t;
+                }
+                basis = next;
+            }
+            let sum = |pick: &dyn Fn(&[f64; 3]) -> f64| -> f64 {
+                points.iter().zip(&basis).map(|(p, b)| b * pick(p)).sum()
+            };
+            let weight = sum(&|p| p[2]);
+            let at = [0, 1].map(|k| sum(&|p| p[k] * p[2]) / weight);
+            [at[0], at[1], from[2]]
+        };
+        self.add(line, Box::new(way), SPLINE_MM);
+    }
+
+    fn near(&mut self, far: f64) -> [f64; 2] {
+        [0, 1].map(|_| written(far * self.random.signed()))
+    }
+
+    fn spline(&mut self) {
+        let (from, far) = (self.here, self.random.log_between(1.0, 20.0));
+        let at = |off: [f64; 2]| [from[0] + off[0], from[1] + off[1]];
+        let end = at(self.near(far)).map(written);
+        let point = |p: [f64; 2], weight: f64| [p[0], p[1], weight];
+        match self.random.below(3) {
+            0 => {
+                let (first, last) = (self.near(far), self.near(far));
+                let line = format!(
+                    "G5 X{:.5} Y{:.5} I{:.5} J{:.5} P{:.5} Q{:.5}",
+                    end[0], end[1], first[0], first[1], last[0], last[1]
+                );
+                let before_end = [end[0] + last[0], end[1] + last[1]];
+                let points = [[from[0], from[1]], at(first), before_end, end];
+                self.bezier(&line, points.map(|p| point(p, 1.0)).to_vec());
+            }
+            1 => {
+                let off = self.near(far);
+                let line = format!(
+                    "G5.1 X{:.5} Y{:.5} I{:.5} J{:.5}",
+                    end[0], end[1], off[0], off[1]
+                );
+                let points = [[from[0], from[1]], at(off), end];
+                self.bezier(&line, points.map(|p| point(p, 1.0)).to_vec());
+            }
+            _ => {
+                // As many control points as the order: one rational Bezier curve.
+                let middle = at(self.near(far)).map(written);
+                let weight = written(self.random.log_between(0.3, 3.0));
+                self.head("G5.2 P1 L3");
+                self.head(&format!("X{:.5} Y{:.5} P{weight:.5}", middle[0], middle[1]));
+                self.head(&format!("X{:.5} Y{:.5} P1", end[0], end[1]));
+                let points = vec![
+                    point([from[0], from[1]], 1.0),
+                    point(middle, weight),
+                    point(end, 1.0),
+                ];
+                self.bezier("G5.3", points);
+            }
+        }
+    }
+}
+
+fn off(a: &Place, b: &Place) -> f64 {
+    (0..3)
+        .map(|k| (a[k] - b[k]) * (a[k] - b[k]))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// Distance of a place from a curve: the best of many places, refined between its neighbours.
+fn distance(place: &Place, way: &Way) -> f64 {
+    let at = |t: f64| off(place, &way(t.clamp(0.0, 1.0)));
+    let step = 1.0 / SCAN as f64;
+    let mut candidates: Vec<(f64, f64)> = (0..=SCAN)
+        .map(|k| k as f64 * step)
+        .map(|t| (at(t), t))
+        .collect();
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let refine = |t: f64| {
+        let (mut low, mut high) = ((t - step).max(0.0), (t + step).min(1.0));
+        for _ in 0..60 {
+            let [a, b] = [1.0, 2.0].map(|part| low + (high - low) * part / 3.0);
+            if at(a) < at(b) {
+                high = b;
+            } else {
+                low = a;
+            }
+        }
+        at(0.5 * (low + high)).min(at(0.0)).min(at(1.0))
+    };
+    candidates[..3]
+        .iter()
+        .map(|(_, t)| refine(*t))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Distance of a place from the straight way between two.
+fn from_chord(place: &Place, a: &Place, b: &Place) -> f64 {
+    let (a, b) = (*a, *b);
+    let way: Way = Box::new(move |t| std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t));
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let [p, q] = [1.0, 2.0].map(|part| low + (high - low) * part / 3.0);
+        if off(place, &way(p)) < off(place, &way(q)) {
+            high = q;
+        } else {
+            low = p;
+        }
+    }
+    off(place, &way(0.5 * (low + high)))
+}
+
+fn drawn(seed: u64) -> (Drawn, f64) {
+    let mut random = Random::new(seed ^ 0x7abe_0001);
+    let tolerance = written(random.log_between(0.003, 0.3));
+    let mut program = Drawn {
+        text: String::new(),
+        here: [0.0, 0.0, 40.0],
+        ways: Vec::new(),
+        random,
+    };
+    program.head("G21 G17 G90 G94 G40");
+    program.head("G0 X0 Y0 Z40 F3000");
+    program.head(&format!("G64 P{tolerance:.5}"));
+    for _ in 0..4 + program.random.below(8) {
+        match program.random.below(4) {
+            0 => {
+                let length = program.random.log_between(1.0, 30.0);
+                program.line(length);
+            }
+            1 => {
+                let length = program.random.log_between(0.1, 1.0);
+                for _ in 0..6 {
+                    program.line(length);
+                }
+            }
+            2 => program.arc(),
+            _ => program.spline(),
+        }
+    }
+    program.head("M2");
+    (program, tolerance)
+}
+
+/// Samples as places in the part.
+fn places(machine: &Machine, text: &str, quality: Quality) -> Vec<(Sample, Place)> {
+    let zero: Coords = machine.work_offsets()[0];
+    let mut out = Vec::new();
+    let source = Program::from_bytes("tube.ngc", text.as_bytes().to_vec());
+    Simulation::new(&source, machine)
+        .quality(quality)
+        .plan(&mut |samples, _| {
+            out.extend(samples.iter().map(|sample| {
+                let place: Place = (sample.position - zero).linear();
+                (*sample, place)
+            }));
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{}: {error}\n{text}", machine.name()));
+    out
+}
+
+fn check(name: &str, count: u64) {
+    let machine = Machine::preset(name).unwrap();
+    for seed in 0..count {
+        let (program, tolerance) = drawn(seed);
+        let quality = [Quality::Fast, Quality::Optimal][usize::from(seed % 3 == 2)];
+        let samples = places(&machine, &program.text, quality);
+        let known: Vec<(usize, &(Way, f64))> = program
+            .ways
+            .iter()
+            .enumerate()
+            .filter_map(|(line, way)| Some((line + 1, way.as_ref()?)))
+            .collect();
+        let first = known[0].0;
+        // Each sample is near what its line says, or a line beside it.
+        let mut worst = 0.0_f64;
+        for (sample, place) in &samples {
+            let line = sample.block.span.line as usize;
+            if line < first {
+                continue;
+            }
+            let index = known.partition_point(|(number, _)| *number < line);
+            let near = &known[index.saturating_sub(3)..known.len().min(index + 4)];
+            let beside = near
+                .iter()
+                .map(|(_, (way, slack))| distance(place, way) - slack)
+                .fold(f64::INFINITY, f64::min);
+            worst = worst.max(beside);
+            assert!(
+                beside <= tolerance + DIGITS_MM,
+                "{name} {seed} {quality:?}: {beside} of {tolerance} at line {line}\n{}",
+                program.text
+            );
+        }
+        // Each programmed end point is near the way between two samples. That leaves the true way
+        // by a T^2 / 8 at most.
+        for (number, (way, slack)) in &known {
+            let end = way(1.0);
+            let around = |sample: &Sample| {
+                let line = sample.block.span.line as usize;
+                let steps = known
+                    .iter()
+                    .filter(|(k, _)| (line.min(*number)..line.max(*number)).contains(k))
+                    .count();
+                steps <= 3
+            };
+            let missed = samples
+                .windows(2)
+                .filter(|pair| around(&pair[0].0))
+                .map(|pair| from_chord(&end, &pair[0].1, &pair[1].1))
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                missed <= tolerance + slack + SAGITTA,
+                "{name} {seed} {quality:?}: line {number} ends {missed} of {tolerance} beside the samples\n{}",
+                program.text
+            );
+        }
+        println!("{name} {seed}: {worst} of {tolerance}");
+    }
+}
+
+/// How far two samples of 1 ms may be from the way between them, mm: all axes at 1 m/s2.
+const SAGITTA: f64 = 1.8e3 * 1e-6 / 8.0;
+
+fn count(few: u64) -> u64 {
+    env::var("PROGRAMS").map_or(few, |many| many.parse().unwrap())
+}
+
+#[test]
+fn three_axes_stay_in_the_tube_of_lines_arcs_and_splines() {
+    check("bench3", count(40));
+}
