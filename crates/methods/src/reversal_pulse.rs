@@ -18,7 +18,8 @@
 //! of half a gap stays. Against the velocity loop a torque pulse works only while it is shorter
 //! than the loop's own time (about 1/(2 pi f_v)), and it lands the motor hard.
 //!
-//! Signals: reference position and velocity (rad, rad/s). Settings: speed a (rad/s at the motor), torque m (N m), time T (ms) or
+//! Signals: reference position and velocity (rad, rad/s). Settings: speed a (rad/s at the motor),
+//! torque m (N m), time T (ms) or
 //! travel X (axis unit), delay (ms), second speed, torque and travel. It knows the gap where neither
 //! speed nor torque is given.
 //!
