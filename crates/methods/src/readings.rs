@@ -13,7 +13,8 @@
 //! ```
 //! Of a gap that several readings agree on, larger ones are kept apart until as many in a row agree with
 //! each other: where a traverse is right the contact is soft and shows little, and readings of it may run
-//! away, each larger than the one before.
+//! away, each larger than the one before. Smaller ones have to be more than those that agree with it: a load
+//! that still bounces when its axis comes back again is read to have crossed a part of the gap.
 //!
 //! Where the flank wavered, the motor may have crossed more than once, and the distances add up:
 //! such a reading counts only if it is not much larger than those of single crossings.
@@ -180,10 +181,17 @@ impl Readings {
         // the newest
         let groups: [Readings; KEPT_READINGS] =
             std::array::from_fn(|age| self.group(age, rule.near_share()));
-        let most = match rule {
-            Consensus::Largest => f64::INFINITY,
+        let largest = groups.iter().map(|group| group.count).max().unwrap_or(0);
+        let stands = |group: &&Readings| {
+            self.count >= ESTABLISHED && (group.value - self.value).abs() <= NEAR_SHARE * self.value
+        };
+        let standing = groups.iter().filter(stands).map(|group| group.count).max();
+        let around = |least: f64, most: f64| (1.0 - NEAR_SHARE) * least..=(1.0 + NEAR_SHARE) * most;
+        let believed = match rule {
+            Consensus::Largest => f64::NEG_INFINITY..=f64::INFINITY,
+            // no smaller group outnumbers the one that several readings agreed on
+            Consensus::Least if standing == Some(largest) => around(self.value, self.value),
             Consensus::Least => {
-                let largest = groups.iter().map(|group| group.count).max().unwrap_or(0);
                 let enough = largest.div_ceil(2).max(2).min(largest);
                 let least = groups
                     .iter()
@@ -191,12 +199,12 @@ impl Readings {
                     .map(|group| group.value)
                     .fold(f64::INFINITY, f64::min);
                 // groups around neighbours differ by a reading or two
-                (1.0 + NEAR_SHARE) * least
+                around(0.0, least)
             }
         };
         self.count = 0;
         for group in groups {
-            if group.value <= most && group.count > self.count {
+            if believed.contains(&group.value) && group.count > self.count {
                 (self.value, self.variance, self.count) =
                     (group.value, group.variance, group.count);
             }
@@ -327,6 +335,37 @@ impl Readings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Readings of a zigzag whose rows are a millimetre apart (550127-1), um: of 65.6.
+    #[test]
+    fn a_gap_that_is_known_is_not_given_up_for_a_few_smaller_readings() {
+        let mut readings = Readings::known(65.78, 0.04, 8);
+        for (value, deviation) in [
+            (65.43, 0.14),
+            (65.66, 0.14),
+            (5.65, 1.13),
+            (65.25, 0.15),
+            (7.42, 0.85),
+            (65.30, 0.13),
+            (9.84, 1.5),
+            (68.0, 1.1),
+            (66.69, 1.21),
+            (9.74, 1.95),
+            (65.46, 0.18),
+            (7.24, 1.45),
+        ] {
+            readings.take_by(Consensus::Least, value, deviation * deviation, false, true);
+            assert!(
+                (64.0..68.0).contains(&readings.used()),
+                "{value}: {readings:?}"
+            );
+        }
+        // until they are more
+        for _ in 0..5 {
+            readings.take_by(Consensus::Least, 7.0, 0.5, false, true);
+        }
+        assert!((6.0..8.0).contains(&readings.used()), "{readings:?}");
+    }
 
     #[test]
     fn the_smallest_hints_stay_however_often_a_larger_gap_shows() {

@@ -57,12 +57,11 @@ pub(super) const LEAST_INERTIA: f64 = 0.1;
 /// Unknowns: inertia (over that of the motor), viscous friction (over rated torque at 100 rad/s),
 /// Coulomb friction, constant torque (over the rated).
 pub(super) const N: usize = 4;
-/// Prior of the unknowns, the range of usual axes: mean.
+/// Prior of the unknowns, the range of usual axes: mean. Viscous friction that takes more than a
+/// fifth of the rated torque at the rated speed of a motor is rare.
 const PRIOR_MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
-/// Prior of the unknowns: standard deviation. Viscous friction that takes more than half of the rated torque
-/// at the rated speed of a motor (3000/min, two deviations) is rare: at one slow feed only such a bound tells
-/// it from Coulomb friction. Tuned (0.1 before; with 0.035 a load was thrown and shafts were read wrongly).
-const PRIOR_DEVIATION: LoadVector = [3.0, 0.06, 0.3, 0.05];
+/// Prior of the unknowns: standard deviation.
+const PRIOR_DEVIATION: LoadVector = [3.0, 0.1, 0.3, 0.05];
 /// Standard deviation of the drift from block to block (of the inertia, as a part of it). Friction
 /// drifts most: if a constant torque were as free, half of any change of the friction would be
 /// taken for one as long as the axis moves one way. Tuned with the learning within the first
