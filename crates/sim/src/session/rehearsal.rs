@@ -46,8 +46,8 @@ const REMEMBERING: Leeway = Leeway {
 };
 /// While drives learn. A choice: a fifth of that, since what they know by then is off by some per cent.
 const STILL_LEARNING: Leeway = Leeway {
-    used: (1.003, 7.5e-5),
-    aimed: (1.0, 2.5e-5),
+    used: (1.011, 2.75e-4),
+    aimed: (1.005, 1.25e-4),
 };
 /// How often each axis has to come back, and how long is rehearsed at least and at most, s. A choice:
 /// as often as the guard wants; peaks of loads that bounce need some rounds; slow programs
