@@ -50,6 +50,7 @@ struct ParquetColumn {
 
 struct ParquetTable {
     name: String,
+    bytes: Bytes,
     file: SerializedFileReader<Bytes>,
     columns: Vec<ParquetColumn>,
     time: Option<usize>,
@@ -65,11 +66,11 @@ struct ParquetTable {
 /// An error of the format, as one of the file.
 fn damaged(name: &str, error: &ParquetError) -> LogError {
     let text = error.to_string();
-    // Codecs that are C are not built in.
+    // Brotli and LZO are rare.
     let (what, hint) = match text.split_once("Disabled feature at compile time: ") {
         Some((_, codec)) => (
             format!("this Parquet file is compressed with {codec}, which is not read"),
-            "write it with snappy or lz4 or without compression",
+            "write it with zstd, snappy, gzip or lz4, or without compression",
         ),
         None => (
             format!("this Parquet file cannot be read: {text}"),
@@ -171,7 +172,7 @@ pub(crate) fn open<'a>(
 ) -> Result<(Header, Box<dyn Source + 'a>), LogError> {
     let bytes = whole(input, name, options.max_bytes)?;
     let length = bytes.len() as u64;
-    let file = SerializedFileReader::new(bytes).map_err(|error| damaged(name, &error))?;
+    let file = SerializedFileReader::new(bytes.clone()).map_err(|error| damaged(name, &error))?;
     check_places(file.metadata(), length).map_err(|error| damaged(name, &error))?;
     let schema = file.metadata().file_metadata().schema_descr();
     let (mut columns, mut left_out) = (Vec::new(), Vec::new());
@@ -222,6 +223,7 @@ pub(crate) fn open<'a>(
     };
     let table = ParquetTable {
         name: name.to_owned(),
+        bytes,
         file,
         columns,
         time,
@@ -302,14 +304,13 @@ impl ParquetTable {
             if self.group >= self.file.num_row_groups() {
                 return Ok(false);
             }
-            let group = self.file.get_row_group(self.group);
-            let group = group.map_err(|error| damaged(name, &error))?;
-            self.left = u64::try_from(group.metadata().num_rows()).unwrap_or_default();
+            let group = self.file.metadata().row_group(self.group);
+            self.left = u64::try_from(group.num_rows()).unwrap_or_default();
+            let rows = usize::try_from(self.left).unwrap_or(usize::MAX);
             for column in &mut self.columns {
-                let reader = group.get_column_page_reader(column.leaf);
-                let reader = reader.map_err(|error| damaged(name, &error))?;
-                let pages = Pages::new(reader, column.physical, column.level, self.most_bytes);
-                column.pages = Some(pages);
+                let chunk = group.column(column.leaf);
+                let pages = Pages::new(&self.bytes, chunk, rows, column.level, self.most_bytes);
+                column.pages = Some(pages.map_err(|error| damaged(name, &error))?);
             }
             self.group += 1;
         }

@@ -1,12 +1,19 @@
 //! The numbers in the pages of a Parquet column.
 //!
-//! The format's own crate unpacks the pages; its decoder of values takes damaged pages for granted
-//! and panics on them, so values are decoded here, and everything is held against what is there.
+//! The format's own crate finds the pages, and unpacks those of snappy and lz4. Its decoder of values
+//! takes damaged pages for granted and panics on them, so values are decoded here, and everything is
+//! held against what is there. Its zstd is C, and its gzip unpacks without a limit: both are unpacked
+//! here, too.
 
-use parquet::basic::{Encoding, Type as Physical};
+use bytes::Bytes;
+use parquet::basic::{Compression, Encoding, Type as Physical};
 use parquet::column::page::{Page, PageReader};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::file::serialized_reader::SerializedPageReader;
 use std::collections::VecDeque;
+use std::io::{self, Read};
+use std::sync::Arc;
 
 /// Bytes that a value of a page takes while it waits.
 const VALUE_BYTES: usize = 2 * std::mem::size_of::<Option<u64>>();
@@ -22,9 +29,44 @@ fn short() -> ParquetError {
     damaged("a page is shorter than its values")
 }
 
+/// How pages are packed that are unpacked here.
+#[derive(Clone, Copy, PartialEq)]
+enum Packing {
+    Gzip,
+    Zstd,
+}
+
+impl Packing {
+    /// The bytes of a page; `most`: more are refused.
+    fn unpacked(self, packed: &[u8], most: usize) -> Result<Vec<u8>, ParquetError> {
+        let mut bytes = Vec::new();
+        let limit = most as u64 + 1;
+        let unpacked = match self {
+            Packing::Gzip => flate2::read::MultiGzDecoder::new(packed)
+                .take(limit)
+                .read_to_end(&mut bytes),
+            Packing::Zstd => {
+                let window = (most as u64).max(1 << 10);
+                match ruzstd::decoding::StreamingDecoder::new_with_max_window_size(packed, window) {
+                    Ok(decoder) => decoder.take(limit).read_to_end(&mut bytes),
+                    Err(error) => Err(io::Error::other(error.to_string())),
+                }
+            }
+        };
+        unpacked.map_err(|error| damaged(format!("a page cannot be unpacked: {error}")))?;
+        if bytes.len() > most {
+            return Err(damaged(format!(
+                "a page of more than {most} bytes; allow more with --max-memory-mb"
+            )));
+        }
+        Ok(bytes)
+    }
+}
+
 /// The values of one column of a row group, page by page.
 pub(crate) struct Pages {
     reader: Box<dyn PageReader>,
+    packing: Option<Packing>,
     physical: Physical,
     /// Levels of a value that is there; none are written where no value can be null.
     level: u32,
@@ -34,19 +76,47 @@ pub(crate) struct Pages {
 }
 
 impl Pages {
+    /// Of a column chunk of a file and so many rows, whose values have `level` levels where they are there.
     pub(crate) fn new(
-        reader: Box<dyn PageReader>,
-        physical: Physical,
+        file: &Bytes,
+        chunk: &ColumnChunkMetaData,
+        rows: usize,
         level: i16,
         most_bytes: usize,
-    ) -> Pages {
-        Pages {
-            reader,
-            physical,
+    ) -> Result<Pages, ParquetError> {
+        let packing = match chunk.compression() {
+            Compression::GZIP(_) => Some(Packing::Gzip),
+            Compression::ZSTD(_) => Some(Packing::Zstd),
+            _ => None,
+        };
+        // the crate gives pages that it takes for unpacked as they are
+        let as_they_are = match packing {
+            Some(_) => chunk
+                .clone()
+                .into_builder()
+                .set_compression(Compression::UNCOMPRESSED)
+                .build()?,
+            None => chunk.clone(),
+        };
+        let reader = SerializedPageReader::new(Arc::new(file.clone()), &as_they_are, rows, None)?;
+        Ok(Pages {
+            reader: Box::new(reader),
+            packing,
+            physical: chunk.column_type(),
             level: u32::try_from(level).unwrap_or_default(),
             most_bytes,
             dictionary: Vec::new(),
             waiting: VecDeque::new(),
+        })
+    }
+
+    /// The bytes of a page or of its values.
+    fn unpacked(&self, bytes: Bytes) -> Result<Bytes, ParquetError> {
+        match self.packing {
+            Some(packing) if !bytes.is_empty() => {
+                Ok(packing.unpacked(&bytes, self.most_bytes)?.into())
+            }
+            _ => Ok(bytes),
         }
     }
 
@@ -70,7 +140,7 @@ impl Pages {
         }
         match page {
             Page::DictionaryPage { buf, .. } => {
-                self.dictionary = plain(&buf, self.physical, count)?;
+                self.dictionary = plain(&self.unpacked(buf)?, self.physical, count)?;
                 Ok(())
             }
             Page::DataPage {
@@ -79,6 +149,7 @@ impl Pages {
                 def_level_encoding,
                 ..
             } => {
+                let buf = self.unpacked(buf)?;
                 let mut bytes: &[u8] = &buf;
                 let mut levels = None;
                 if self.level > 0 {
@@ -99,14 +170,19 @@ impl Pages {
                 encoding,
                 def_levels_byte_len,
                 rep_levels_byte_len,
+                is_compressed,
                 ..
             } => {
                 let repeated = rep_levels_byte_len as usize;
-                let bytes = buf.get(repeated..).ok_or_else(short)?;
-                let defined = def_levels_byte_len as usize;
-                let (levels, bytes) = bytes.split_at_checked(defined).ok_or_else(short)?;
+                let behind = repeated.saturating_add(def_levels_byte_len as usize);
+                let levels = buf.get(repeated..behind).ok_or_else(short)?;
                 let levels = (self.level > 0).then_some(levels);
-                self.data(levels, bytes, encoding, count)
+                // levels are never packed
+                let mut values = buf.slice(behind..);
+                if is_compressed {
+                    values = self.unpacked(values)?;
+                }
+                self.data(levels, &values, encoding, count)
             }
         }
     }
@@ -359,6 +435,29 @@ fn deltas(mut bytes: &[u8], count: usize) -> Result<Vec<u64>, ParquetError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_unpacks_to_more_than_may_be_held_is_refused() {
+        let zeros = vec![0; 1 << 20];
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        std::io::Write::write_all(&mut gzip, &zeros).unwrap();
+        let gzip = gzip.finish().unwrap();
+        let zstd = ruzstd::encoding::compress_to_vec(
+            zeros.as_slice(),
+            ruzstd::encoding::CompressionLevel::Fastest,
+        );
+        for (packing, packed) in [(Packing::Gzip, gzip), (Packing::Zstd, zstd)] {
+            assert!(packed.len() < 1 << 12, "{}", packed.len());
+            assert_eq!(packing.unpacked(&packed, 1 << 20).unwrap(), zeros);
+            let said = packing.unpacked(&packed, (1 << 20) - 1).unwrap_err();
+            assert!(said.to_string().contains("--max-memory-mb"), "{said}");
+            assert!(
+                packing
+                    .unpacked(&packed[..packed.len() / 2], 1 << 20)
+                    .is_err()
+            );
+        }
+    }
 
     /// The example in the format's description of its encodings: 0 to 7 in three bits each.
     #[test]

@@ -417,6 +417,10 @@ impl Assigned {
             let hint = format!("give it: --column {role}={name},unit=UNIT");
             return Err(LogError::file(file, text, hint));
         };
+        // headers are often in lower case
+        if unit == Unit::NM_LENGTH && quantities.contains(&Quantity::Torque) {
+            return Ok(Unit::NM_TORQUE);
+        }
         if !quantities.contains(&unit.quantity) {
             let text = format!("`{name}`, the {role}, is in {unit}");
             return Err(LogError::file(file, text, format!("it has to be {what}")));

@@ -60,7 +60,7 @@ const UNITS: &[(Unit, &[&str])] = &[
         unit(Quantity::Length, 1e-3, "um"),
         &["µm", "μm", "micron", "microns"],
     ),
-    (unit(Quantity::Length, 1e-6, "nm"), &[]),
+    (Unit::NM_LENGTH, &[]),
     (unit(Quantity::Length, 1e3, "m"), &["meter", "metre"]),
     (
         unit(Quantity::Length, 25.4, "inch"),
@@ -115,10 +115,7 @@ const UNITS: &[(Unit, &[&str])] = &[
         &["ampere", "amp", "amps", "aeff", "arms"],
     ),
     (unit(Quantity::Current, 1e-3, "mA"), &[]),
-    (
-        unit(Quantity::Torque, 1.0, "Nm"),
-        &["n m", "n_m", "n·m", "n*m"],
-    ),
+    (Unit::NM_TORQUE, &["n m", "n_m", "n·m", "n*m"]),
     (unit(Quantity::Force, 1.0, "N"), &["newton"]),
     (unit(Quantity::Force, 1e3, "kN"), &[]),
     (unit(Quantity::Voltage, 1.0, "V"), &["volt", "volts"]),
@@ -131,6 +128,9 @@ impl Unit {
     pub const MM: Unit = unit(Quantity::Length, 1.0, "mm");
     /// Seconds.
     pub const S: Unit = unit(Quantity::Time, 1.0, "s");
+    /// Nanometres, and newton metres, which differ in a capital letter.
+    pub(crate) const NM_LENGTH: Unit = unit(Quantity::Length, 1e-6, "nm");
+    pub(crate) const NM_TORQUE: Unit = unit(Quantity::Torque, 1.0, "Nm");
 
     /// The unit at the end of a column's name: in brackets (`x [mm]`, `x(mm)`), or behind the last
     /// underscores (`motor_um`, `v_mm_s`).

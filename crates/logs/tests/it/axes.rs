@@ -188,3 +188,15 @@ fn rows_before_and_behind_those_that_are_taken_are_not_held() {
     );
     assert!(log.time_s.capacity() < 1 << 19);
 }
+
+#[test]
+fn a_torque_in_lower_case_newton_metres_is_none_in_nanometres() {
+    for name in ["torque_nm", "torque [nm]", "Torque (Nm)"] {
+        let text = format!("t_s,motor_mm,{name}\n0,0,1.5\n0.001,0.1,2\n0.002,0.2,2.5\n");
+        let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+        assert_eq!(log.drive.unwrap().values(), [1.5, 2.0, 2.5], "{name}");
+    }
+    let text = "t_s,motor_nm,torque_nm\n0,0,1\n0.001,1000,1\n0.002,2000,1\n";
+    let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
+    assert!((log.motor[1] - 1e-3).abs() < 1e-15);
+}

@@ -204,3 +204,36 @@ fn what_cannot_be_read_is_refused() {
     );
     assert!(said.contains("0 columns of numbers"), "{said}");
 }
+
+/// Written by pyarrow: 60 rows in groups of 40, pages of some 64 bytes, dictionaries, nulls.
+#[test]
+fn gzip_and_zstd_are_unpacked() {
+    for name in [
+        "gzip_pages_1",
+        "gzip_pages_2",
+        "zstd_pages_1",
+        "zstd_pages_2",
+    ] {
+        let path = format!("{}/tests/packed/{name}.parquet", env!("CARGO_MANIFEST_DIR"));
+        let bytes = std::fs::read(path).unwrap();
+        let columns = ["motor=motor_mm", "current=current_a"];
+        let options = AxisOptions {
+            columns: columns.iter().map(|text| text.parse().unwrap()).collect(),
+            without: vec![lostmotion_logs::Role::Load],
+            ..AxisOptions::default()
+        };
+        let log = read_axis(bytes.as_slice(), "log", &options).unwrap();
+        assert_eq!(log.time_s.len(), 60, "{name}");
+        for n in 0..60 {
+            assert!((log.time_s[n] - 250e-6 * n as f64).abs() < 1e-12, "{name}");
+            assert_eq!(log.motor[n], 0.1 * n as f64, "{name}");
+            assert_eq!(log.drive.as_ref().unwrap().values()[n], n as f64 + 0.5);
+        }
+        // damage is told, wherever it is
+        for place in 0..bytes.len() {
+            let mut bytes = bytes.clone();
+            bytes[place] ^= 0x55;
+            let _ = read_axis(bytes.as_slice(), "log", &options);
+        }
+    }
+}
