@@ -14,9 +14,9 @@ const REVERSAL_DEG: f64 = 175.0;
 /// Most that a run turns at a vertex, degrees. A choice: larger takes corners for curves, smaller
 /// stops or blends at coarse chords.
 const VERTEX_DEG: f64 = 30.0;
-/// Most that a run may leave its shorter chord at a vertex, in units of its length times the angle.
-/// A curve that passes each vertex in the direction of its longer chord leaves the shorter one, of
-/// length h, by 0.148 h angle for either end.
+/// Most that a run may leave its shorter chord at a vertex, in units of its length times how far apart the
+/// directions are. A curve that passes each vertex in the direction of its longer chord leaves the
+/// shorter one, of length h, by 0.148 h times that for either end.
 const VERTEX_DEVIATION: f64 = 0.3;
 /// The same for the end of a long line beside a short one, which takes all of the angle.
 const LONG_DEVIATION: f64 = 0.25;
@@ -95,14 +95,20 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
     2.0 * math::atan2(difference.sqrt(), sum.sqrt())
 }
 
+/// How far a curve in one direction leaves a line in another per unit of length: the angle between them, and
+/// at least what any group of axes does. Where rotary axes turn fast the angle is small whatever X Y Z do.
+fn apart(a: &Coords, b: &Coords) -> f64 {
+    angle(a, b).max(size(&(*b - *a)))
+}
+
 /// How much of a long line may bend next to the vertex where two lines meet, mm: a curve through it
 /// stays within the tolerance of chords of that length.
 pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f64 {
-    let angle = angle(
+    let apart = apart(
         &before.curve.eval(before.length).d1,
         &next.curve.eval(0.0).d1,
     );
-    (tolerance / (LONG_DEVIATION * angle.max(f64::MIN_POSITIVE)))
+    (tolerance / (LONG_DEVIATION * apart.max(f64::MIN_POSITIVE)))
         .min(LONG_CHORDS * before.length.min(next.length))
 }
 
@@ -243,7 +249,7 @@ fn corner(
     let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
     let turn = angle(&end.d1, &start.d1);
     // A vertex that happens to lie on the line of its neighbours is one all the same.
-    if is_vertex(config, before, next, turn) {
+    if is_vertex(config, before, next, turn, apart(&end.d1, &start.d1)) {
         return Junction::Vertex;
     }
     if goes_on(before, next) {
@@ -264,7 +270,13 @@ pub(super) fn goes_on(before: &Programmed, next: &Programmed) -> bool {
         .all(|difference| size(difference) <= SAME_DERIVATIVE)
 }
 
-fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {
+fn is_vertex(
+    config: &PlannerConfig,
+    before: &Programmed,
+    next: &Programmed,
+    turn: f64,
+    apart: f64,
+) -> bool {
     let (Some(first), Some(second)) = (
         merge_tolerance(config, before.control),
         merge_tolerance(config, next.control),
@@ -280,5 +292,5 @@ fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, tur
     lines
         && tips
         && turn <= rad(VERTEX_DEG)
-        && VERTEX_DEVIATION * turn * before.length.min(next.length) <= first.min(second)
+        && VERTEX_DEVIATION * apart * before.length.min(next.length) <= first.min(second)
 }
