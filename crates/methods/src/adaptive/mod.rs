@@ -46,8 +46,8 @@
 //! A load without friction is left as it is. An axis that never learns its gap keeps those that move
 //! with it from being compensated. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned
 //! for a heavy load chatters with the motor alone in the gap, readings scatter. A cutting force
-//! that changes the sign of the torque is not foreseen. Its state takes 320 kB before
-//! the first tick, and no more later.
+//! that changes the sign of the torque is not foreseen. Its state takes 320 kB before the
+//! first tick, and no more later.
 //!
 //! Source: this project; the question (gap, load inertia and friction unknown, motor signals only)
 //! is that of Gan, Wang, Huang, Machines 2023, 11(2), 193; prediction error method: Ljung, *System
