@@ -28,11 +28,13 @@
 //!
 //! | feature | adds |
 //! |---|---|
+//! | `files` | programs and subroutines from files, and files as output with `report` |
+//! | `threads` | runs on several threads; without it the same results on the caller's |
 //! | `fit` | [`identify`](https://docs.rs/lostmotion-identify): the offline fit of the gap from a log, with its convex solver |
 //! | `logs` | [`logs`](https://docs.rs/lostmotion-logs): readers of measured logs |
 //! | `report` | [`report`](https://docs.rs/lostmotion-report): results as text, JSON, CSV and SVG |
 //!
-//! None is on by default; the command line has all.
+//! The first two are on by default; the command line has all.
 
 pub use lostmotion_analysis as analysis;
 pub use lostmotion_base as base;

@@ -241,3 +241,74 @@ fn modules_of_a_crate_go_one_way() {
     }
     assert!(faults.is_empty(), "modules in rings:\n{faults}");
 }
+
+/// What only a system has: files, threads, clocks, processes.
+const OF_A_SYSTEM: [&str; 7] = ["env", "fs", "net", "os", "process", "thread", "time"];
+/// Crates from outside that ask for it.
+const WITH_A_SYSTEM: [&str; 3] = ["rayon", "rayon-core", "tempfile"];
+
+/// The library with the features of a build for WebAssembly: the crates and what they use of `std`, which
+/// is what the book says.
+#[test]
+fn the_library_alone_asks_no_system_for_anything() {
+    let features = ["--no-default-features", "--features", "wasm"];
+    let tree = std::process::Command::new(env!("CARGO"))
+        .args([
+            "tree",
+            "-p",
+            "lostmotion-c",
+            "-e",
+            "normal",
+            "--prefix",
+            "none",
+        ])
+        .arg("--locked")
+        .args(features)
+        .current_dir(sources::repository())
+        .output()
+        .expect("cargo tree");
+    assert!(
+        tree.status.success(),
+        "{}",
+        String::from_utf8_lossy(&tree.stderr)
+    );
+    let tree = String::from_utf8(tree.stdout).expect("names are UTF-8");
+    let crates: BTreeSet<&str> = tree
+        .lines()
+        .filter_map(|line| line.split(' ').next())
+        .collect();
+    assert!(crates.contains("lostmotion-sim") && crates.contains("lostmotion-report"));
+    for name in WITH_A_SYSTEM {
+        assert!(
+            !crates.contains(name),
+            "{name} is in a build without a system"
+        );
+    }
+    let mut names = BTreeSet::new();
+    for package in sources::packages() {
+        let whole = match package.name.as_str() {
+            "lostmotion" => package.name.clone(),
+            name => format!("lostmotion-{name}"),
+        };
+        if !crates.contains(whole.as_str()) {
+            continue;
+        }
+        for (name, file) in sources::system::std_names(&package) {
+            let first = name.split("::").next().unwrap_or_default();
+            assert!(
+                !OF_A_SYSTEM.contains(&first) && !name.contains("::") && name != "*",
+                "{file} uses std::{name}: files belong into `sim::files`, threads into `base::threads`"
+            );
+            names.insert(format!("`{name}`"));
+        }
+    }
+    let told = format!(
+        "Of `std` it uses {}.",
+        names.into_iter().collect::<Vec<_>>().join(", ")
+    );
+    let page = std::fs::read_to_string("docs/book/src/guide/embedding.md").expect("the page");
+    assert!(
+        page.contains(&told),
+        "docs/book/src/guide/embedding.md has to say:\n{told}"
+    );
+}

@@ -9,6 +9,7 @@
 )]
 
 pub(crate) mod cycles;
+pub(crate) mod system;
 
 use std::fs;
 use std::path::{Path, PathBuf};

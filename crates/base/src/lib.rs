@@ -19,6 +19,7 @@ pub mod real;
 pub mod root;
 pub mod span;
 pub mod text;
+pub mod threads;
 pub mod tick;
 pub mod units;
 pub mod vec;

@@ -7,7 +7,8 @@
  * another kind is an error. Pointers that are handed in have to point to what the function says.
  * "Threads: any" says that all threads may call at the same time, with the same handles, too; "one at a
  * time" that each handle is for one thread at a time (another one is told LM_STATUS_BUSY). "Real time:
- * yes" says that the call allocates nothing, waits for no lock and enters no system call.
+ * yes" says that the call allocates and frees nothing, waits for no lock and enters no system call, with every
+ * method of the library and for as long as the axis moves: it takes all its memory when it is made.
  *
  * Made from crates/c/src by cbindgen: do not edit.
  */
@@ -1079,6 +1080,10 @@ size_t lm_handles(void);
  * `start` in its unit. With `differences` positions alone are enough: velocity and acceleration are
  * made from them; without it the drive interpolates by its own law, which may need both.
  *
+ * All memory that stepping may ever need is taken here: a few kB; 320 kB for "adaptive"; 45 bytes for each
+ * ms of its `memory_s` for "iterative-learning", 2.7 MB for the usual 60 s. When that is full the strokes
+ * that were not used for the longest time are forgotten.
+ *
  * Threads: any. Real time: no; what comes after it is.
  *
  * # Safety
@@ -1191,7 +1196,7 @@ enum LmStatus lm_axis_tick(struct LmAxis *axis,
                            struct LmAxisSample *sample);
 
 /**
- * A copy that goes on from here on its own.
+ * A copy that goes on from here on its own, and is as fit for real time.
  *
  * Threads: one at a time. Real time: no.
  *

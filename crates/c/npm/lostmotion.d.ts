@@ -101,6 +101,74 @@ export interface Contour {
   line: Uint32Array;
 }
 
+/** What a compensator may know of its axis; angles in rad at the motor's shaft. */
+export interface AxisFacts {
+  /** Unit of positions. */
+  unit: "mm" | "deg" | "rad";
+  /** Angle of the motor for a unit of the axis, rad. */
+  motorRadPerUnit: number;
+  /** Time between two calls of `step`, s. */
+  servoPeriodS: number;
+  /** Total gap, rad. */
+  gapRad: number;
+  /** Inertia of motor and load, kg m2. */
+  motorInertiaKgm2: number;
+  loadInertiaKgm2: number;
+  /** Coulomb friction of motor and load, N m. */
+  motorCoulombNm: number;
+  loadCoulombNm: number;
+  /** Viscous friction of the load, N m s/rad, and the constant torque on it, N m. */
+  loadViscousNmSPerRad: number;
+  loadConstantNm: number;
+  /** Stiffness, N m/rad, and damping, N m s/rad, of the shaft. */
+  stiffnessNmPerRad: number;
+  dampingNmSPerRad: number;
+}
+
+/** What a compensator sees at a servo tick: rad, rad/s, rad/s2 at the motor, A. */
+export interface Tick {
+  /** Reference, and that of the next tick. */
+  position: number;
+  velocity: number;
+  acceleration: number;
+  nextPosition: number;
+  nextVelocity: number;
+  nextAcceleration: number;
+  /** Motor from its encoder, and its velocity as the drive computes it. */
+  motorPosition: number;
+  motorVelocity: number;
+  /** Torque-forming current, and its mean over the last servo period. */
+  current: number;
+  meanCurrent: number;
+  /** Load from its scale; NaN unless the compensator has `loadScale`. */
+  loadPosition: number;
+  /** Whether the drive was at a limit in the last period. */
+  saturated: boolean;
+}
+
+/** What a compensator answers; 0 where it has nothing to say. */
+export interface Correction {
+  /** Added to the position reference, rad. */
+  position?: number;
+  /** Added to the velocity feed-forward, rad/s. */
+  velocity?: number;
+  /** Added to the torque feed-forward, N m. */
+  torque?: number;
+  /** Subtracted from the measured motor position, rad. */
+  feedback?: number;
+}
+
+/** A compensator of your own. */
+export interface Compensator {
+  /** Name in the results. */
+  name: string;
+  /** Makes the state of an axis that stands at `motorPosition` rad. The library copies it where it tries a
+   * motion ahead: what it carries from tick to tick has to be fields of its own, of plain data. */
+  make: (facts: AxisFacts, motorPosition: number) => { step(tick: Tick): Correction | void };
+  /** Whether it is shown the load's scale. */
+  loadScale?: boolean;
+}
+
 export interface Simulation {
   /** G-code. */
   program: string;
@@ -109,6 +177,8 @@ export interface Simulation {
   machine: Machine;
   /** Compensation methods; those of the machine where none is named. */
   methods?: string[];
+  /** Compensators of your own, beside the methods. What one throws ends the run and is thrown by it. */
+  compensators?: Compensator[];
   /** Options of the command by their names: numbers, texts, lists and tables. */
   settings?: Record<string, unknown>;
   /** Told about once a second of motion; `false` ends the run. */

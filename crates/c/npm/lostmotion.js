@@ -10,10 +10,13 @@ export class LostmotionError extends Error {
   }
 }
 
-/** A function of some 32-bit numbers that answers one, as a WebAssembly function. */
-function asWasm(count, callback) {
-  const parameters = new Array(count).fill(0x7f);
-  const type = [0x01, 4 + count + 1, 0x01, 0x60, count, ...parameters, 0x01, 0x7f];
+/** A function as a WebAssembly function; "iif-i": of two 32-bit numbers and a double, answers one. */
+function asWasm(signature, callback) {
+  const [parameters, results] = signature
+    .split("-")
+    .map((letters) => [letters.length, ...Array.from(letters, (letter) => (letter === "i" ? 0x7f : 0x7c))]);
+  const function_ = [0x01, 0x60, ...parameters, ...results];
+  const type = [0x01, function_.length, ...function_];
   const bytes = [0, 0x61, 0x73, 0x6d, 1, 0, 0, 0, ...type];
   // imports e.f of type 0, and exports it as f
   bytes.push(0x02, 7, 1, 1, 0x65, 1, 0x66, 0, 0, 0x07, 5, 1, 1, 0x66, 0, 0);
@@ -29,10 +32,31 @@ const FINDING_TEXTS = { code: 0, message: 4, hint: 8, file: 12, excerpt: 16, key
 const OPERATION = { size: 16, text: 0, line: 4, column: 8, file: 12 };
 const PLAN = { size: 80, duration: 0, cutting: 8, rapid: 16 };
 const SAMPLE = { size: 232, time: 0, position: 8, velocity: 80, acceleration: 152, line: 224 };
+const COMPENSATOR = { size: 32, name: 4, create: 12, copy: 16, destroy: 20, step: 24, loadScale: 28 };
+/** Numbers of the facts of an axis, from byte 8 on. */
+const FACTS = [
+  ["motorRadPerUnit", "servoPeriodS", "gapRad", "motorInertiaKgm2", "motorCoulombNm", "loadInertiaKgm2"],
+  ["loadCoulombNm", "loadViscousNmSPerRad", "loadConstantNm", "stiffnessNmPerRad", "dampingNmSPerRad"],
+].flat();
+/** Numbers of a tick, and behind them whether the drive was at a limit. */
+const TICK = [
+  ["position", "velocity", "acceleration", "nextPosition", "nextVelocity", "nextAcceleration"],
+  ["motorPosition", "motorVelocity", "current", "meanCurrent", "loadPosition"],
+].flat();
+const CORRECTION = ["position", "velocity", "torque", "feedback"];
 /** Joints of a sample of the plan. */
 const JOINTS = 9;
 /** What the index of a list behind its last one is answered with. */
 const STATUS_SIZE = 4;
+
+/** A copy of an object with its class: what it carries are its fields. */
+function copied(state) {
+  const fields = Object.entries(state).map(([name, value]) => [
+    name,
+    typeof value === "function" ? value : structuredClone(value),
+  ]);
+  return Object.assign(Object.create(Object.getPrototypeOf(state)), Object.fromEntries(fields));
+}
 
 /** Room and handles of a call, which are given back at its end. */
 class Scope {
@@ -127,7 +151,7 @@ export class Lostmotion {
   constructor(exports) {
     this.wasm = exports;
     this.version = this.text(exports.lm_version());
-    this.slots = [];
+    this.slots = {};
   }
 
   /** The memory, which may have grown since the last look. */
@@ -180,11 +204,55 @@ export class Lostmotion {
   }
 
   /** Puts a callback into the table of functions, in a place that is used again. */
-  callback(number, count, function_) {
+  callback(name, signature, function_) {
     const table = this.wasm.__indirect_function_table;
-    this.slots[number] ??= table.grow(1);
-    table.set(this.slots[number], asWasm(count, function_));
-    return this.slots[number];
+    this.slots[name] ??= table.grow(1);
+    table.set(this.slots[name], asWasm(signature, function_));
+    return this.slots[name];
+  }
+
+  /** Adds a compensator of the caller's; each state has a number. */
+  compensator(scope, handle, number, { name, make, loadScale }, thrown) {
+    const states = new Map();
+    let next = 1;
+    const kept = (state) => {
+      states.set(next, state);
+      return next++;
+    };
+    const guarded = (work) => {
+      try {
+        return work();
+      } catch (error) {
+        thrown.push(error);
+        return 0;
+      }
+    };
+    const create = (_, facts, motorPosition) =>
+      guarded(() => kept(make({ unit: this.text(this.view.getUint32(facts, true)), ...this.numbers(FACTS, facts + 8) }, motorPosition)));
+    const copy = (state) => guarded(() => kept(copied(states.get(state))));
+    const destroy = (state) => void states.delete(state);
+    const step = (state, tick, correction) => {
+      const saturated = this.view.getUint8(tick + 8 * TICK.length) !== 0;
+      const answer = guarded(() => states.get(state).step({ ...this.numbers(TICK, tick), saturated }) ?? {});
+      // one that has thrown ends the run: no drive could act on what is no number
+      CORRECTION.forEach((part, index) =>
+        this.view.setFloat64(correction + 8 * index, answer === 0 ? NaN : (answer[part] ?? 0), true),
+      );
+    };
+    const room = scope.room(COMPENSATOR.size);
+    const set = (offset, value) => this.view.setUint32(room + offset, value, true);
+    const functions = { create: ["iif-i", create], copy: ["i-i", copy], destroy: ["i-", destroy], step: ["iii-", step] };
+    set(0, COMPENSATOR.size);
+    set(COMPENSATOR.name, scope.given(name)[0]);
+    for (const [which, [signature, function_]] of Object.entries(functions))
+      set(COMPENSATOR[which], this.callback(`${which} ${number}`, signature, function_));
+    this.view.setUint8(room + COMPENSATOR.loadScale, loadScale ? 1 : 0);
+    this.check(this.wasm.lm_simulation_compensator(handle, room));
+  }
+
+  /** Numbers that stand one behind the other, by their names. */
+  numbers(names, at) {
+    return Object.fromEntries(names.map((name, index) => [name, this.view.getFloat64(at + 8 * index, true)]));
   }
 
   /** Does the work of a call, and gives back what it needed. */
@@ -214,6 +282,7 @@ export class Lostmotion {
       );
     }
     const thrown = [];
+    simulation.compensators?.forEach((own, number) => this.compensator(scope, handle, number, own, thrown));
     const guarded = (work) => {
       try {
         return work() === false ? 0 : 1;
@@ -231,7 +300,7 @@ export class Lostmotion {
             simulatedS: this.view.getFloat64(at + 16, true),
           }),
         );
-      this.check(wasm.lm_simulation_on_progress(handle, this.callback(0, 2, told), 0));
+      this.check(wasm.lm_simulation_on_progress(handle, this.callback("progress", "ii-i", told), 0));
     }
     return { handle, guarded, thrown };
   }
@@ -244,7 +313,7 @@ export class Lostmotion {
       if (simulation.onContour) {
         const told = (_, method, at, count) =>
           guarded(() => simulation.onContour(this.contour(method, at, count)));
-        this.check(wasm.lm_simulation_on_contour(handle, this.callback(1, 4, told), 0));
+        this.check(wasm.lm_simulation_on_contour(handle, this.callback("contour", "iiii-i", told), 0));
       }
       const status = wasm.lm_simulation_run(handle, scope.out);
       if (thrown.length > 0) throw thrown[0];
@@ -284,7 +353,7 @@ export class Lostmotion {
       const { handle, guarded, thrown } = this.simulation(scope, simulation);
       const parts = [];
       const told = (_, at, count) => guarded(() => parts.push(this.samples(at, count)));
-      this.check(wasm.lm_simulation_on_plan(handle, this.callback(2, 3, told), 0));
+      this.check(wasm.lm_simulation_on_plan(handle, this.callback("plan", "iii-i", told), 0));
       const plan = scope.room(PLAN.size);
       const status = wasm.lm_simulation_plan(handle, plan);
       if (thrown.length > 0) throw thrown[0];

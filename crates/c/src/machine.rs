@@ -6,10 +6,12 @@ use crate::failure::{Failure, LmStatus, Reason, c_text};
 use crate::handle::{free, insert, look, opaque};
 use crate::text::{LmFindings, LmText, findings, text_of};
 use lostmotion::report::refusal::{Refusal, RefusalKind};
+use lostmotion::sim::files;
 use lostmotion::sim::import::{ImportFormat, ImportOptions, import};
 use lostmotion::sim::machine::{AxisReview, Change, MachineFile, PresetInfo, presets};
 use serde_json::Value;
 use std::ffi::{CString, c_char};
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// A machine: checked, and never changed.
@@ -146,7 +148,7 @@ pub unsafe extern "C" fn lm_machine_from_file(
         let room = unsafe { out(machine, "machine") }?;
         // SAFETY: the caller's promise.
         let path = unsafe { text(path, "path") }?;
-        let toml = std::fs::read_to_string(path).map_err(|error| {
+        let toml = files::text(Path::new(path)).map_err(|error| {
             let message = format!("cannot read {path}: {error}");
             Refusal::new(RefusalKind::Machine, "read", message, "")
         })?;

@@ -78,6 +78,10 @@ pub trait Compensator: Send + Sync + 'static {
     /// State before the first tick, standing still at `motor_position` rad.
     fn initial(&self, motor_position: f64) -> Self::State;
 
+    /// Takes the memory that the state may ever need, so that no later tick allocates: told once of a
+    /// state that is new, copied or read back. Nothing for a state of a fixed size.
+    fn make_room(&self, _state: &mut Self::State) {}
+
     /// One servo tick.
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction;
 

@@ -67,12 +67,14 @@ impl Taken {
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim {
+        let mut copy = AxisSim {
             model: Arc::clone(&self.model),
             state: self.state.clone(),
             drifting: self.drifting.clone(),
             setpoint: self.setpoint.clone(),
-        }
+        };
+        copy.make_room();
+        copy
     }
 }
 
@@ -132,16 +134,24 @@ impl<C: Compensator> AxisSim<C> {
             load_per_motor_rad,
             has_scale,
         };
-        AxisSim {
+        let mut axis = AxisSim {
             model: Arc::new(model),
             state,
             drifting,
-            // room for a setpoint's references: a step of a real-time thread allocates nothing
             setpoint: Taken {
                 references: vec![Reference::default(); servo_ticks as usize + 1],
                 ..Taken::default()
             },
-        }
+        };
+        axis.make_room();
+        axis
+    }
+
+    /// Room for all that a tick keeps: a step of a real-time thread allocates nothing.
+    fn make_room(&mut self) {
+        self.model
+            .compensator
+            .make_room(&mut self.state.compensator);
     }
 
     /// The present state, to be kept.
@@ -152,6 +162,7 @@ impl<C: Compensator> AxisSim<C> {
     /// Goes on from a state kept earlier.
     pub fn restore(&mut self, state: AxisState<C::State>) {
         self.state = state;
+        self.make_room();
     }
 
     #[inline]

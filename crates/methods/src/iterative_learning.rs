@@ -20,9 +20,10 @@
 //! the wind-up as well as the gap's.
 //!
 //! Signals: reference position, velocity and acceleration, load position (rad at the motor).
-//! Settings: gamma (0 to 1), lead (ms), filter m (ms), memory (s of strokes; 16 bytes a ms). When
-//! the memory is full, the stroke that was not used for the longest time is dropped; a stroke
-//! longer than the memory is not learned.
+//! Settings: gamma (0 to 1), lead (ms), filter m (ms), memory (s of strokes; 45 bytes a ms with the
+//! stroke under way, all taken before the first tick: 2.7 MB for 60 s). When the memory is full, the
+//! stroke that was not used for the longest time is dropped; a stroke longer than the memory is not
+//! learned.
 //!
 //! Fails: without repetition it does nothing. A load without friction bounces differently after
 //! each landing, so that learning stops at what the filter lets through. A stroke that shares its
@@ -241,6 +242,11 @@ impl Compensator for IterativeLearning {
             blend: [self.blend, 0.0],
             before: None,
         }
+    }
+
+    fn make_room(&self, state: &mut IterativeLearningState) {
+        state.strokes.make_room(&self.law);
+        state.run.make_room(&self.law);
     }
 
     fn step(&self, state: &mut IterativeLearningState, signals: &Signals) -> Correction {

@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 const SHORTEST_STROKE_CELLS: usize = 20;
 /// Memory that a stroke takes besides its cells, in cells.
 const OVERHEAD_CELLS: usize = 8;
+/// Cells of a page: no more than the overhead, so that what is counted has room.
+const PAGE_CELLS: usize = OVERHEAD_CELLS;
 /// Largest distance between two references that count as the same, rad at the motor: 1.6 um on a
 /// screw of 20 mm. A choice: above the rounding of setpoints, below a gap worth correcting.
 const SAME_WITHIN_RAD: f64 = 5e-4;
@@ -57,11 +59,12 @@ pub(super) struct Run {
 }
 
 /// A stored stroke.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Stroke {
     beginning: Beginning,
-    ways: Vec<f64>,
-    correction: Vec<f64>,
+    /// Where its pages begin in the list of them, and its cells.
+    first_page: usize,
+    cells: usize,
     /// RMS of the error when it was first seen, rad.
     first: f64,
     /// gamma of this stroke; halved each time that its correction did harm.
@@ -70,11 +73,25 @@ struct Stroke {
     used: u64,
 }
 
+/// A part of a stored stroke: ways of the reference and corrections, rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Page {
+    ways: [f64; PAGE_CELLS],
+    corrections: [f64; PAGE_CELLS],
+}
+
 /// All stored strokes, and a clock that counts their uses.
+///
+/// Their cells are on pages, which are given out and taken back whole, so that no stroke has to be moved
+/// for another. What a stroke leaves free of its last page is within its overhead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Strokes {
     strokes: Vec<Stroke>,
     clock: u64,
+    pages: Vec<Page>,
+    /// The pages of all strokes, those of each in a row.
+    taken: Vec<usize>,
+    free: Vec<usize>,
 }
 
 /// The learning law: gamma, lead and half width of the filter in cells, the memory in cells, and the
@@ -93,27 +110,54 @@ fn near(way: f64, stored: f64) -> bool {
     (way - stored).abs() <= SAME_WITHIN_RAD + SAME_WITHIN_SHARE * stored.abs()
 }
 
-/// Linear interpolation between cells; the last value beyond the end.
-fn between(cells: &[f64], at: f64) -> f64 {
-    let Some(last) = cells.last() else { return 0.0 };
+/// Linear interpolation between the cells of a list of `count`; the last value beyond the end.
+fn between(cells: impl Fn(usize) -> f64, count: usize, at: f64) -> f64 {
+    let Some(last) = count.checked_sub(1) else {
+        return 0.0;
+    };
     let n = at.max(0.0) as usize;
-    match cells.get(n..n.saturating_add(2)) {
-        Some([here, next]) => here + (next - here) * (at.max(0.0) - n as f64),
-        _ => *last,
+    if n >= last {
+        return cells(last);
+    }
+    let here = cells(n);
+    here + (cells(n + 1) - here) * (at.max(0.0) - n as f64)
+}
+
+impl Run {
+    /// Room for a stroke that fills the memory; the cell behind it shows that there is more.
+    pub(super) fn make_room(&mut self, law: &Law) {
+        for cells in [&mut self.ways, &mut self.applied, &mut self.errors] {
+            cells.reserve_exact((law.most_cells + 1).saturating_sub(cells.len()));
+        }
     }
 }
 
 impl Strokes {
+    /// Room for as many strokes and pages as the memory holds.
+    pub(super) fn make_room(&mut self, law: &Law) {
+        let strokes = law.most_cells / (SHORTEST_STROKE_CELLS + OVERHEAD_CELLS);
+        self.strokes
+            .reserve_exact(strokes.saturating_sub(self.strokes.len()));
+        let pages = law.most_cells / PAGE_CELLS;
+        self.pages
+            .reserve_exact(pages.saturating_sub(self.pages.len()));
+        for list in [&mut self.taken, &mut self.free] {
+            list.reserve_exact(pages.saturating_sub(list.len()));
+        }
+    }
+
     /// The stored stroke with this beginning and these ways so far; of several the one used last.
     pub(super) fn find(&mut self, beginning: &Beginning, ways: &[f64]) -> Option<usize> {
         let same = |stroke: &Stroke| {
             stroke.beginning.is_like(beginning)
-                && stroke.ways.len() >= ways.len()
-                && stroke
-                    .ways
-                    .iter()
-                    .zip(ways)
-                    .all(|(stored, way)| near(*way, *stored))
+                && stroke.cells >= ways.len()
+                && ways
+                    .chunks(PAGE_CELLS)
+                    .zip(self.of(stroke))
+                    .all(|(ways, page)| {
+                        let stored = &self.pages[*page].ways;
+                        ways.iter().zip(stored).all(|(way, at)| near(*way, *at))
+                    })
         };
         // the most recent one: in a series of parts the order of the strokes repeats, too
         let found = (0..self.strokes.len())
@@ -124,22 +168,43 @@ impl Strokes {
         Some(found)
     }
 
+    /// The pages of a stroke.
+    fn of(&self, stroke: &Stroke) -> &[usize] {
+        let end = stroke.first_page + stroke.cells.div_ceil(PAGE_CELLS);
+        &self.taken[stroke.first_page..end]
+    }
+
+    /// The page with a cell of a stroke, and where it is on it.
+    fn page(&self, stroke: &Stroke, cell: usize) -> (&Page, usize) {
+        let page = self.taken[stroke.first_page + cell / PAGE_CELLS];
+        (&self.pages[page], cell % PAGE_CELLS)
+    }
+
     /// Correction of a stroke at a time in cells since its beginning, rad.
     pub(super) fn correction(&self, stroke: usize, cells: f64) -> f64 {
-        self.strokes
-            .get(stroke)
-            .map_or(0.0, |stroke| between(&stroke.correction, cells))
+        let correction = |stroke: &Stroke| {
+            let at = |cell: usize| {
+                let (page, place) = self.page(stroke, cell);
+                page.corrections[place]
+            };
+            between(at, stroke.cells, cells)
+        };
+        self.strokes.get(stroke).map_or(0.0, correction)
     }
 
     /// Whether the way at a cell is still that of the stored stroke.
     pub(super) fn goes_on(&self, stroke: usize, cell: usize, way: f64) -> bool {
         self.strokes
             .get(stroke)
-            .and_then(|stroke| stroke.ways.get(cell))
-            .is_some_and(|stored| near(way, *stored))
+            .filter(|stroke| cell < stroke.cells)
+            .is_some_and(|stroke| {
+                let (page, place) = self.page(stroke, cell);
+                near(way, page.ways[place])
+            })
     }
 
-    /// Learns from a run of a stored stroke, or stores a new one.
+    /// Learns from a run of a stored stroke, or stores a new one. The run's corrections and errors are
+    /// used up.
     pub(super) fn learn(&mut self, run: &mut Run, known: Option<usize>, law: &Law) {
         let cells = run.ways.len();
         let rms = (run.errors.iter().map(|error| error * error).sum::<f64>() / cells.max(1) as f64)
@@ -152,72 +217,118 @@ impl Strokes {
         }
         self.clock += 1;
         // the correction did harm: back to none, and more carefully; else learn from this run
-        match known.and_then(|n| self.strokes.get_mut(n)) {
-            Some(stroke) if rms > HARMFUL_RATIO * stroke.first => {
-                stroke.rate *= 0.5;
-                stroke.correction.fill(0.0);
+        let known = known.filter(|&n| self.strokes.get(n).is_some_and(|s| s.cells >= cells));
+        match known {
+            Some(n) if rms > HARMFUL_RATIO * self.strokes[n].first => {
+                self.strokes[n].rate *= 0.5;
+                let stroke = self.strokes[n];
+                for at in stroke.first_page..stroke.first_page + self.of(&stroke).len() {
+                    self.pages[self.taken[at]].corrections = [0.0; PAGE_CELLS];
+                }
             }
-            Some(stroke) => {
-                let next = law.next(run, stroke.rate);
-                stroke.correction = next;
-                stroke.ways.clone_from(&run.ways);
+            Some(n) => {
+                law.next(run, self.strokes[n].rate);
+                self.shorten(n, cells);
+                self.write(n, run);
             }
             // new: what the run shows without a correction is the first step of learning
             None => {
-                self.make_room(cells + OVERHEAD_CELLS, law.most_cells);
-                let correction = law.next(run, law.rate);
-                let ways = std::mem::take(&mut run.ways);
+                self.forget_for(cells + OVERHEAD_CELLS, law.most_cells);
+                law.next(run, law.rate);
+                let first_page = self.taken.len();
+                for _ in 0..cells.div_ceil(PAGE_CELLS) {
+                    let page = self.free.pop().unwrap_or_else(|| {
+                        self.pages.push(Page::default());
+                        self.pages.len() - 1
+                    });
+                    self.taken.push(page);
+                }
                 self.strokes.push(Stroke {
                     beginning: run.beginning,
-                    ways,
-                    correction,
+                    first_page,
+                    cells,
                     first: rms,
                     rate: law.rate,
                     used: self.clock,
                 });
+                self.write(self.strokes.len() - 1, run);
+            }
+        }
+    }
+
+    /// Writes the ways of a run, and the corrections that were made of it, on the pages of a stroke.
+    fn write(&mut self, stroke: usize, run: &Run) {
+        let first_page = self.strokes[stroke].first_page;
+        let corrections = run.errors.chunks(PAGE_CELLS);
+        for (n, (ways, corrections)) in run.ways.chunks(PAGE_CELLS).zip(corrections).enumerate() {
+            let page = &mut self.pages[self.taken[first_page + n]];
+            page.ways[..ways.len()].copy_from_slice(ways);
+            page.corrections[..corrections.len()].copy_from_slice(corrections);
+        }
+    }
+
+    /// Takes back the pages of a stroke behind so many cells, of which it has as many at least.
+    fn shorten(&mut self, stroke: usize, cells: usize) {
+        let Stroke {
+            first_page,
+            cells: before,
+            ..
+        } = self.strokes[stroke];
+        let left = first_page + cells.div_ceil(PAGE_CELLS);
+        let end = first_page + before.div_ceil(PAGE_CELLS);
+        self.strokes[stroke].cells = cells;
+        self.free.extend(self.taken.drain(left..end));
+        for other in &mut self.strokes {
+            if other.first_page >= end {
+                other.first_page -= end - left;
             }
         }
     }
 
     /// Drops the least recently used strokes until there is room.
-    fn make_room(&mut self, wanted: usize, most: usize) {
+    fn forget_for(&mut self, wanted: usize, most: usize) {
         let mut taken: usize = self
             .strokes
             .iter()
-            .map(|stroke| stroke.ways.len() + OVERHEAD_CELLS)
+            .map(|stroke| stroke.cells + OVERHEAD_CELLS)
             .sum();
         while taken + wanted > most {
             let Some(oldest) = (0..self.strokes.len()).min_by_key(|&n| self.strokes[n].used) else {
                 return;
             };
-            taken -= self.strokes.swap_remove(oldest).ways.len() + OVERHEAD_CELLS;
+            taken -= self.strokes[oldest].cells + OVERHEAD_CELLS;
+            self.shorten(oldest, 0);
+            self.strokes.swap_remove(oldest);
         }
     }
 }
 
 impl Law {
-    /// `Q (u + gamma e(n + lead))`, bounded.
-    fn next(&self, run: &Run, rate: f64) -> Vec<f64> {
-        let raw =
-            |n: usize| run.applied[n] + rate * between(&run.errors, n as f64 + self.lead_cells);
+    /// `Q (u + gamma e(n + lead))`, bounded, in place of the errors of the run.
+    fn next(&self, run: &mut Run, rate: f64) {
+        let Run {
+            applied, errors, ..
+        } = run;
+        let count = errors.len();
+        for (n, applied) in applied.iter_mut().enumerate() {
+            *applied += rate * between(|cell| errors[cell], count, n as f64 + self.lead_cells);
+        }
         // three running means are nearly a Gaussian; centred, so that they do not shift the phase
-        let mut cells: Vec<f64> = (0..run.ways.len()).map(raw).collect();
-        (0..3).for_each(|_| cells = self.mean(&cells));
-        cells
+        self.mean(applied, errors);
+        self.mean(errors, applied);
+        self.mean(applied, errors);
+        errors
             .iter_mut()
             .for_each(|cell| *cell = cell.clamp(-self.largest, self.largest));
-        cells
     }
 
     /// Centred running mean; towards the ends the window narrows, so that a straight line is kept.
-    fn mean(&self, cells: &[f64]) -> Vec<f64> {
+    fn mean(&self, cells: &[f64], means: &mut [f64]) {
         let last = cells.len().saturating_sub(1);
-        (0..cells.len())
-            .map(|n| {
-                let reach = self.filter_cells.min(n).min(last - n);
-                cells[n - reach..=n + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
-            })
-            .collect()
+        for (n, mean) in means.iter_mut().enumerate() {
+            let reach = self.filter_cells.min(n).min(last - n);
+            *mean = cells[n - reach..=n + reach].iter().sum::<f64>() / (2 * reach + 1) as f64;
+        }
     }
 }
 
@@ -314,11 +425,8 @@ mod tests {
             ..LAW
         };
         let line: Vec<f64> = (0..40).map(f64::from).collect();
-        assert!(
-            law.mean(&line)
-                .iter()
-                .zip(&line)
-                .all(|(a, b)| (a - b).abs() < 1e-12)
-        );
+        let mut means = vec![0.0; line.len()];
+        law.mean(&line, &mut means);
+        assert!(means.iter().zip(&line).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 }

@@ -9,8 +9,8 @@ use lostmotion_sweep::batch::{Driver, work};
 use lostmotion_sweep::collect::Finished;
 use lostmotion_sweep::file::SweepFile;
 use lostmotion_sweep::manifest::Manifest;
+use lostmotion_sweep::missing::Shard;
 use lostmotion_sweep::plan::{Folders, plan};
-use lostmotion_sweep::run::Shard;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::{Path, PathBuf};
@@ -57,25 +57,29 @@ pub(crate) fn sweep_plan(
             file: folder(&path),
             manifest: folder(&out),
         };
-        let manifest = plan(&file, folders, most_cells)?;
-        manifest.write(&out)?;
-        Ok(manifest.cells.len())
+        let plan = plan(&file, folders, most_cells)?;
+        plan.write(&out)?;
+        Ok(plan.header.cells)
     })
 }
 
-/// The table of a sweep, and the keys of cells that are missing.
+/// How many missing cells are named. A choice.
+const NAMED: usize = 3;
+
+/// The table of a sweep, the number of cells that are missing, and the keys of the first of them.
 #[pyfunction]
 pub(crate) fn sweep_collect(
     py: Python<'_>,
     manifest: PathBuf,
     results: Vec<PathBuf>,
-) -> PyResult<(Table, Vec<String>)> {
+) -> PyResult<(Table, usize, Vec<String>)> {
     apart(py, None, move |_| {
         let manifest = Manifest::read(&manifest)?;
         let mut finished = Finished::read(&manifest, &results)?;
         let columns = finished.write_table::<ColumnTable>(Vec::new())?;
-        let missing = finished.missing().map(|(_, cell)| cell.key.to_string());
-        Ok((Table::of(columns), missing.collect()))
+        let (missing, first) = finished.missing(NAMED)?;
+        let first = first.iter().map(|(_, cell)| cell.key.to_string());
+        Ok((Table::of(columns), missing, first.collect()))
     })
 }
 
@@ -146,9 +150,9 @@ impl SweepDriver {
         Ok(PyBytes::new(py, &shared))
     }
 
-    /// Lines of cells, and the numbers of their programs.
-    fn batch(&self, start: usize, count: usize) -> PyResult<(Vec<String>, Vec<usize>)> {
-        self.driver().batch(start, count).map_err(refused)
+    /// Lines of the next cells, `count` at most, and the numbers of their programs.
+    fn take(&self, count: usize) -> PyResult<(Vec<String>, Vec<usize>)> {
+        self.driver().take(count).map_err(refused)
     }
 
     /// The text of a program.

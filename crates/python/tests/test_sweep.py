@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import os
 import signal
 import subprocess
 import sys
@@ -49,6 +50,29 @@ def test_results_are_those_of_the_command(manifest: Path, command: Command) -> N
     table = sweep.collect(manifest)
     assert len(table) == 24 and list(table["method"][:2]) == ["none", "fixed"]
     assert sweep.run(manifest).all == 0
+
+
+def test_hyperqueue_runs_the_script(manifest: Path, command: Command) -> None:
+    pytest.importorskip("hyperqueue")
+    script = manifest.with_name("job.sh")
+    script.write_text(command("study", "sweep", "emit", "hq", manifest, "--shards", "4"))
+    programs = manifest.with_name("bin")
+    programs.mkdir()
+    (programs / "lostmotion").symlink_to(Path(os.environ["LOSTMOTION"]).resolve())
+    runner = Path(__file__).parents[3] / ".ci/hq"
+    path = f"{programs}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run(
+        [sys.executable, runner, script, "2"],
+        cwd=manifest.parent,
+        env={**os.environ, "PATH": path},
+        check=True,
+        timeout=600,
+    )
+    shards = sorted(manifest.parent.glob("sweep.results-*-of-4.jsonl"))
+    assert [len(shard.read_text().splitlines()) for shard in shards] == [3, 3, 3, 3]
+    theirs = sweep.collect(manifest, list(shards))
+    sweep.run(manifest)
+    assert theirs.to_pandas().equals(sweep.collect(manifest).to_pandas())
 
 
 def test_a_run_that_is_ended_goes_on(manifest: Path) -> None:

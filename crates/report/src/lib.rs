@@ -2,9 +2,11 @@
 //! and files that appear complete or not at all.
 //!
 //! Everything here is made from the data types of `lostmotion-sim`, `lostmotion-plan` and
-//! `lostmotion-drive`. Writers take any [`std::io::Write`]; only [`atomic`] touches the file system.
+//! `lostmotion-drive`. Writers take any [`std::io::Write`]; only `atomic` touches the file
+//! system, and only with the feature `files`.
 //! No number is computed here that a result does not hold, apart from ratios that a table shows.
 
+#[cfg(feature = "files")]
 pub mod atomic;
 pub mod columns;
 pub mod csv;

@@ -9,6 +9,7 @@
 pub mod commission;
 pub mod control;
 pub mod error;
+pub mod files;
 pub mod import;
 mod limiter;
 pub mod machine;

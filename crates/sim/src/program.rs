@@ -1,8 +1,8 @@
 //! A part program: where its text comes from, and what can be said of it without a machine.
 
+use crate::files::{self, File};
 use lostmotion_base::Span;
 use lostmotion_gcode::{Diagnostics, InterpreterConfig, Program as Interpretation, SourceFiles};
-use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -79,17 +79,7 @@ impl Program {
     pub fn len(&self) -> std::io::Result<u64> {
         match &self.origin {
             Origin::Bytes(bytes) => Ok(bytes.len() as u64),
-            Origin::File(path) => {
-                let metadata = std::fs::metadata(path)?;
-                // Opening a folder succeeds on some systems and fails only at the first read.
-                if metadata.is_dir() {
-                    return Err(std::io::Error::new(
-                        std::io::ErrorKind::IsADirectory,
-                        "is a folder, not a part program",
-                    ));
-                }
-                Ok(metadata.len())
-            }
+            Origin::File(path) => files::size(path),
         }
     }
 
@@ -108,7 +98,7 @@ impl Program {
     pub fn open(&self) -> std::io::Result<Box<dyn BufRead + Send>> {
         Ok(match &self.origin {
             Origin::Bytes(bytes) => Box::new(Cursor::new(bytes.clone())),
-            Origin::File(path) => Box::new(BufReader::with_capacity(1 << 16, File::open(path)?)),
+            Origin::File(path) => Box::new(BufReader::with_capacity(1 << 16, files::open(path)?)),
         })
     }
 
@@ -176,7 +166,7 @@ impl Program {
     fn lines(&self) -> std::io::Result<Lines> {
         Ok(match &self.origin {
             Origin::Bytes(bytes) => Lines::Bytes(bytes.clone()),
-            Origin::File(path) => Lines::File(BufReader::new(File::open(path)?), 0),
+            Origin::File(path) => Lines::File(BufReader::new(files::open(path)?), 0),
         })
     }
 }

@@ -4,6 +4,7 @@ use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::{MAX_THREADS, SimulateOptions};
 use crate::program::Program;
+use lostmotion_base::threads;
 use lostmotion_kinematics::{Kinematics, TipControl};
 use std::sync::Arc;
 
@@ -51,7 +52,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Calls `work` with the number of threads of the run: with 1 on the caller's thread, without rayon; else inside
+    /// Calls `work` with the number of threads of the run: with 1 on the caller's thread; else inside
     /// a pool of its own with that many (0: one per core), entered once.
     ///
     /// # Errors
@@ -69,20 +70,6 @@ impl<'a> Setup<'a> {
             let why = format!("allowed are 0 (one per core) to {MAX_THREADS}");
             return Err(SimError::Threads { threads, why });
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|why| SimError::Threads {
-            threads,
-            why: why.to_string(),
-        })?;
-        let inside = || pool.install(|| work(pool.current_num_threads()));
-        if rayon::current_thread_index().is_none() {
-            return inside();
-        }
-        // A worker of another pool that waits for this one runs further jobs of its own pool on top of
-        // its stack, each of which may do the same. A plain thread in between only waits.
-        std::thread::scope(|scope| match scope.spawn(inside).join() {
-            Ok(result) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        })
+        threads::pool(threads, work).map_err(|why| SimError::Threads { threads, why })?
     }
 }

@@ -1,5 +1,6 @@
 //! Files of subroutines in folders that are allowed and nowhere else.
 
+use crate::files;
 use lostmotion_gcode::{LoadedFile, SubroutineLoader};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -44,8 +45,8 @@ impl SubroutineFolders {
             None => Path::new("."),
         };
         // A part from stdin has no folder whose files it may call.
-        let mut folders: Vec<PathBuf> = if part.is_file() {
-            own.canonicalize().into_iter().collect()
+        let mut folders: Vec<PathBuf> = if files::is_file(part) {
+            files::resolved(own).into_iter().collect()
         } else {
             Vec::new()
         };
@@ -53,10 +54,9 @@ impl SubroutineFolders {
         // `..`.
         for folder in more {
             let shown = folder.display();
-            let found = folder
-                .canonicalize()
+            let found = files::resolved(folder)
                 .map_err(|error| FolderError(format!("cannot read the folder {shown}: {error}")))?;
-            if !found.is_dir() {
+            if !files::is_folder(&found) {
                 return Err(FolderError(format!("{shown} is not a folder")));
             }
             folders.push(found);
@@ -68,7 +68,7 @@ impl SubroutineFolders {
     fn read(&self, folder: &Path, name: &str) -> Result<Option<LoadedFile>, String> {
         let path = folder.join(name);
         // A file that does not exist is no error: the next ending or folder may have it.
-        let Ok(found) = path.canonicalize() else {
+        let Ok(found) = files::resolved(&path) else {
             return Ok(None);
         };
         let shown = path.display();
@@ -79,11 +79,11 @@ impl SubroutineFolders {
                 found.display()
             ));
         }
-        if !found.is_file() {
+        if !files::is_file(&found) {
             return Ok(None);
         }
         let failed = |error: std::io::Error| format!("cannot read {shown}: {error}");
-        let file = std::fs::File::open(&found).map_err(failed)?;
+        let file = files::open(&found).map_err(failed)?;
         let mut text = Vec::new();
         file.take(MAX_SUBROUTINE_BYTES + 1)
             .read_to_end(&mut text)

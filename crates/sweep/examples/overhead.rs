@@ -6,8 +6,9 @@
 use lostmotion_sim::{Machine, Program, Simulation};
 use lostmotion_sweep::inputs::Inputs;
 use lostmotion_sweep::manifest::Manifest;
+use lostmotion_sweep::missing::{Missing, Shard};
 use lostmotion_sweep::results::Results;
-use lostmotion_sweep::run::{Shard, missing, run_cells};
+use lostmotion_sweep::run::run_cells;
 use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(manifest).parent().unwrap_or(Path::new("."));
     let manifest = Manifest::read(Path::new(manifest))?;
     let header = &manifest.header;
-    let cells = missing(&manifest, Shard::WHOLE, &Default::default());
+    let missing = Missing::of(&manifest, Shard::WHOLE, &Default::default())?;
 
     let programs: Vec<Program> = header
         .programs
@@ -45,10 +46,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect::<Result<_, _>>()?;
     let mut jobs = Vec::new();
-    for cell in &cells {
+    for cell in missing.cells(&manifest)? {
+        let cell = cell?;
         let preset = lostmotion_sim::presets()
             .iter()
-            .find(|preset| preset.name == header.machine(cell));
+            .find(|preset| preset.name == header.machine(&cell));
         let preset = preset.ok_or("machines have to be presets")?;
         let machine =
             Machine::from_changed_toml("machine", preset.toml, &header.changes(&cell.values))?;
@@ -77,11 +79,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     drop(jobs);
 
     let (began, worked) = (Instant::now(), processor_s());
-    let mut results = Results::open(Path::new(out))?;
-    let inputs = Inputs::load(&manifest, &cells, folder)?;
+    let (mut results, _) = Results::open(Path::new(out))?;
+    let inputs = Inputs::load(header, &missing.needs, folder)?;
     let done = run_cells(
         &inputs,
-        &cells,
+        (missing.cells(&manifest)?, missing.len()),
         2,
         &AtomicBool::new(false),
         &mut |result, _| results.append(result),

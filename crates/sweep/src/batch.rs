@@ -6,11 +6,12 @@
 
 use crate::cell::CellResult;
 use crate::error::SweepError;
-use crate::inputs::{Inputs, MachineText, machine_text};
-use crate::key::sha256;
+use crate::inputs::{Inputs, MachineText, has_changed, machine_text};
+use crate::key::{Key, sha256};
 use crate::manifest::{Cell, Header, Manifest};
+use crate::missing::{Missing, MissingCells, Needs, Shard};
 use crate::results::{Results, line};
-use crate::run::{Shard, missing, run_cells};
+use crate::run::run_cells;
 use lostmotion_sim::Program;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,9 @@ struct Shared {
 #[derive(Debug)]
 pub struct Driver {
     manifest: Manifest,
-    missing: Vec<Cell>,
+    missing: Missing,
+    /// Those of them that were not handed out yet.
+    left: MissingCells,
     folder: PathBuf,
     results: Results,
 }
@@ -49,12 +52,12 @@ impl Driver {
             .canonicalize()
             .map_err(|error| SweepError::unread("folder", folder, error))?;
         let manifest = Manifest::read(manifest)?;
-        let results = Results::open(results)?;
-        let cells = missing(&manifest, shard, results.done());
+        let (results, done) = Results::open(results)?;
+        let missing = Missing::of(&manifest, shard, &done)?;
         // Read once to be held against the plan; workers get them one by one.
-        drop(Inputs::load(&manifest, &cells, &folder)?);
-        let missing = cells.into_iter().cloned().collect();
+        drop(Inputs::load(&manifest.header, &missing.needs, &folder)?);
         Ok(Driver {
+            left: missing.cells(&manifest)?,
             missing,
             manifest,
             folder,
@@ -77,40 +80,39 @@ impl Driver {
     /// # Errors
     /// A machine file that cannot be read any more.
     pub fn shared(&self) -> Result<Vec<u8>, SweepError> {
-        let machines = self.manifest.header.machines.iter().map(|input| {
-            // One that no cell needs may be missing.
-            let needed = || {
-                let of = |cell: &Cell| self.manifest.header.machine(cell) == input.name;
-                self.missing.iter().any(of)
-            };
-            match machine_text(&input.name, &self.folder) {
-                Ok(text) => Ok((text.name, text.toml)),
-                Err(_) if !needed() => Ok((input.name.clone(), String::new())),
-                Err(error) => Err(error),
-            }
-        });
+        let machines = self.manifest.header.machines.iter();
+        let machines = machines
+            .zip(&self.missing.needs.machines)
+            .map(|(input, need)| {
+                match machine_text(&input.name, &self.folder) {
+                    Ok(text) => Ok((text.name, text.toml)),
+                    // One that no cell needs may be missing.
+                    Err(_) if need.cells == 0 => Ok((input.name.clone(), String::new())),
+                    Err(error) => Err(error),
+                }
+            });
         let shared = Shared {
-            header: self.manifest.header.clone(),
+            header: Header::clone(&self.manifest.header),
             machines: machines.collect::<Result<_, _>>()?,
             folder: self.folder.clone(),
         };
         serde_json::to_vec(&shared).map_err(|error| unfit(&error))
     }
 
-    /// Lines of some cells that are to be run, and the programs that they need.
+    /// Lines of the next cells that are to be run, `count` at most, and the programs that they need; none
+    /// where all have been handed out.
     ///
     /// # Errors
-    /// None for a manifest that was read.
-    pub fn batch(
-        &self,
-        start: usize,
-        count: usize,
-    ) -> Result<(Vec<String>, Vec<usize>), SweepError> {
-        let cells = self.missing.iter().skip(start).take(count);
-        let mut programs: Vec<usize> = cells.clone().map(|cell| cell.program).collect();
+    /// A manifest that cannot be read any more.
+    pub fn take(&mut self, count: usize) -> Result<(Vec<String>, Vec<usize>), SweepError> {
+        let (mut lines, mut programs) = (Vec::new(), Vec::new());
+        for cell in self.left.by_ref().take(count) {
+            let cell = cell?;
+            lines.push(serde_json::to_string(&cell).map_err(|error| unfit(&error))?);
+            programs.push(cell.program);
+        }
         programs.dedup();
-        let lines = cells.map(|cell| serde_json::to_string(cell).map_err(|error| unfit(&error)));
-        Ok((lines.collect::<Result<_, _>>()?, programs))
+        Ok((lines, programs))
     }
 
     /// The text of a program.
@@ -133,10 +135,7 @@ impl Driver {
         let (mut failed, mut simulated_s) = (0, 0.0);
         for text in lines {
             let result: CellResult = serde_json::from_str(text).map_err(|error| unfit(&error))?;
-            // A batch that was run twice, as its worker was lost too late, counts once.
-            if !self.results.done().contains(&result.key) {
-                self.results.append_line(text)?;
-            }
+            self.results.append_line(text)?;
             match result.outcome {
                 crate::cell::Outcome::Figures(figures) => {
                     simulated_s += figures.duration_s.unwrap_or_default();
@@ -181,7 +180,8 @@ pub fn work(
         .iter()
         .map(|text| header.cell(text).map_err(|why| SweepError::value(why, "")))
         .collect::<Result<_, _>>()?;
-    let cells: Vec<&Cell> = cells.iter().collect();
+    let mut needs = Needs::none(&header);
+    cells.iter().for_each(|cell| needs.count(cell));
     let mut at_hand: Vec<Option<Program>> = header.programs.iter().map(|_| None).collect();
     for (index, bytes) in programs {
         let Some((input, place)) = header.programs.get(index).zip(at_hand.get_mut(index)) else {
@@ -192,14 +192,8 @@ pub fn work(
         };
         let digest = sha256(bytes.as_slice());
         if digest.ok().as_ref() != Some(&input.sha256) {
-            return Err(SweepError::Changed {
-                what: input.name.clone(),
-                cells: cells.iter().filter(|cell| cell.program == index).count(),
-                key: cells
-                    .first()
-                    .map(|cell| cell.key.to_string())
-                    .unwrap_or_default(),
-            });
+            let need = needs.programs.get(index).copied().unwrap_or_default();
+            return Err(has_changed(&input.name, &need));
         }
         *place = Some(Program::from_bytes(input.name.clone(), bytes));
     }
@@ -207,15 +201,15 @@ pub fn work(
         .into_iter()
         .map(|(name, toml)| MachineText { name, toml })
         .collect();
-    let inputs = Inputs::of_parts(header, at_hand, machines, &cells, &folder)?;
+    let inputs = Inputs::of_parts(header, at_hand, machines, &needs, &folder)?;
     let mut lines = Vec::with_capacity(cells.len());
-    run_cells(&inputs, &cells, threads, stop, &mut |result, _| {
+    let count = cells.len();
+    let keys: Vec<Key> = cells.iter().map(|cell| cell.key).collect();
+    let cells = cells.into_iter().map(Ok);
+    run_cells(&inputs, (cells, count), threads, stop, &mut |result, _| {
         lines.push((result.key, line(result)?));
         Ok(())
     })?;
     let mut by_key: std::collections::HashMap<_, _> = lines.into_iter().collect();
-    Ok(cells
-        .iter()
-        .filter_map(|cell| by_key.remove(&cell.key))
-        .collect())
+    Ok(keys.iter().filter_map(|key| by_key.remove(key)).collect())
 }

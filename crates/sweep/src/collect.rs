@@ -4,22 +4,91 @@
 use crate::cell::{CellResult, MethodFigures, Outcome};
 use crate::design::Level;
 use crate::error::SweepError;
-use crate::key::Key;
+use crate::key::{Key, Keys};
 use crate::manifest::{Cell, Manifest};
-use crate::results::{Place, scan};
+use crate::results::scan;
 use lostmotion_report::csv::{ColumnKind, TableCell, TableCells, TableColumn, TableWriter};
 use serde_json::json;
-use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::PathBuf;
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
-/// Results of a sweep, looked up by their cells. Held in memory are places, not results.
+/// A file of results, read here and there.
+#[derive(Debug)]
+struct Lines {
+    path: PathBuf,
+    reader: BufReader<File>,
+    /// The byte that is read next. Results mostly follow each other as their cells do: seeking a little
+    /// forward stays in the reader's buffer.
+    next: u64,
+}
+
+impl Lines {
+    fn open(path: &Path) -> Result<Lines, SweepError> {
+        let file = File::open(path).map_err(|error| SweepError::unread("results", path, error))?;
+        Ok(Lines {
+            path: path.to_path_buf(),
+            reader: BufReader::with_capacity(1 << 16, file),
+            next: 0,
+        })
+    }
+
+    /// The result whose line begins at a byte.
+    fn at(&mut self, start: u64) -> Result<CellResult, SweepError> {
+        let mut line = Vec::new();
+        let moved = match i64::try_from(start).ok().zip(i64::try_from(self.next).ok()) {
+            Some((start, next)) => self.reader.seek_relative(start - next),
+            None => self.reader.seek(SeekFrom::Start(start)).map(drop),
+        };
+        let read = moved.and_then(|()| self.reader.read_until(b'\n', &mut line));
+        let read = read.map_err(|error| SweepError::unread("results", &self.path, error))?;
+        self.next = start + read as u64;
+        serde_json::from_slice(&line).map_err(|error| SweepError::Results {
+            file: self.path.display().to_string(),
+            line: 0,
+            message: format!("byte {start}: {error}"),
+        })
+    }
+}
+
+/// Where a result is: the number of its file and the first byte of its line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place(u64);
+
+/// Bits of a place that say the byte: files up to 16 TB, and a million of them.
+const BYTE_BITS: u32 = 44;
+
+impl Place {
+    /// No result yet.
+    const NONE: Place = Place(u64::MAX);
+
+    /// Of a byte of a file; `None` beyond what can be told.
+    fn of(file: usize, byte: u64) -> Option<Place> {
+        let file = u64::try_from(file)
+            .ok()
+            .filter(|file| *file < (1 << (u64::BITS - BYTE_BITS)) - 1)?;
+        (byte >> BYTE_BITS == 0).then_some(Place(file << BYTE_BITS | byte))
+    }
+
+    fn file(self) -> usize {
+        (self.0 >> BYTE_BITS) as usize
+    }
+
+    fn byte(self) -> u64 {
+        self.0 & ((1 << BYTE_BITS) - 1)
+    }
+}
+
+/// Results of a sweep, looked up by their cells. Held in memory are keys and places, 24 bytes a cell.
 #[derive(Debug)]
 pub struct Finished<'m> {
     manifest: &'m Manifest,
-    files: Vec<(PathBuf, File)>,
-    places: HashMap<Key, Option<(usize, Place)>>,
+    files: Vec<Lines>,
+    keys: Keys,
+    /// In the order of the keys.
+    places: Vec<Place>,
+    /// Whether all values of each coordinate are numbers.
+    numeric: Vec<bool>,
     /// Results that were there more than once, with the same figures.
     pub repeated: usize,
     /// Results of cells that the manifest does not have.
@@ -32,28 +101,46 @@ impl<'m> Finished<'m> {
     /// # Errors
     /// A file that cannot be read; a line that is no result; two results of one cell that differ.
     pub fn read(manifest: &'m Manifest, paths: &[PathBuf]) -> Result<Finished<'m>, SweepError> {
+        let mut numeric = vec![true; manifest.header.vary.len()];
+        let mut keys = Vec::new();
+        for cell in manifest.cells()? {
+            let cell = cell?;
+            for (numeric, level) in numeric.iter_mut().zip(&cell.values) {
+                *numeric &= matches!(level, Level::Number(_));
+            }
+            keys.push(cell.key);
+        }
+        let keys = Keys::of(keys);
         let mut finished = Finished {
             manifest,
             files: Vec::new(),
-            places: manifest.cells.iter().map(|cell| (cell.key, None)).collect(),
+            places: vec![Place::NONE; keys.len()],
+            keys,
+            numeric,
             repeated: 0,
             strangers: 0,
         };
-        for path in paths {
+        for (index, path) in paths.iter().enumerate() {
+            finished.files.push(Lines::open(path)?);
             let file =
                 File::open(path).map_err(|error| SweepError::unread("results", path, error))?;
-            let again = file
-                .try_clone()
-                .map_err(|error| SweepError::unread("results", path, error))?;
-            finished.files.push((path.clone(), file));
-            let index = finished.files.len() - 1;
             let mut repeated = Vec::new();
-            let (places, strangers) = (&mut finished.places, &mut finished.strangers);
-            scan(path, &again, &mut |key, place| match places.get_mut(&key) {
-                None => *strangers += 1,
-                Some(known @ None) => *known = Some((index, place)),
-                Some(Some(first)) => repeated.push((*first, (index, place))),
+            let mut beyond = false;
+            let (keys, places) = (&finished.keys, &mut finished.places);
+            let strangers = &mut finished.strangers;
+            scan(path, &file, &mut |key, byte| {
+                let known = keys.place(&key).and_then(|place| places.get_mut(place));
+                match (known, Place::of(index, byte)) {
+                    (None, _) => *strangers += 1,
+                    (_, None) => beyond = true,
+                    (Some(known), Some(place)) if *known == Place::NONE => *known = place,
+                    (Some(known), Some(place)) => repeated.push((*known, place)),
+                }
             })?;
+            if beyond {
+                let message = format!("{} is too long, or one of too many files", path.display());
+                return Err(SweepError::value(message, "collect it in parts"));
+            }
             for (first, second) in repeated {
                 finished.same(first, second)?;
             }
@@ -62,15 +149,13 @@ impl<'m> Finished<'m> {
     }
 
     /// Refuses two results of one cell that differ: a cell has the same figures whenever it is run.
-    fn same(&mut self, first: (usize, Place), second: (usize, Place)) -> Result<(), SweepError> {
+    fn same(&mut self, first: Place, second: Place) -> Result<(), SweepError> {
         let [a, b] = [self.result_at(first)?, self.result_at(second)?];
         if a != b {
-            let name = |place: (usize, Place)| {
-                let path = self
-                    .files
-                    .get(place.0)
-                    .map(|(path, _)| path.display().to_string());
-                format!("{} at byte {}", path.unwrap_or_default(), place.1.start)
+            let name = |place: Place| {
+                let file = self.files.get(place.file());
+                let path = file.map(|file| file.path.display().to_string());
+                format!("{} at byte {}", path.unwrap_or_default(), place.byte())
             };
             let message = format!(
                 "two results of cell {} differ: {}, and {}",
@@ -87,37 +172,38 @@ impl<'m> Finished<'m> {
         Ok(())
     }
 
-    fn result_at(&mut self, (index, place): (usize, Place)) -> Result<CellResult, SweepError> {
-        let Some((path, file)) = self.files.get_mut(index) else {
-            return Err(SweepError::value("a file of results is not open", ""));
-        };
-        let mut text = vec![0; place.bytes as usize];
-        let read = file
-            .seek(SeekFrom::Start(place.start))
-            .and_then(|_| file.read_exact(&mut text));
-        read.map_err(|error| SweepError::unread("results", path, error))?;
-        serde_json::from_slice(&text).map_err(|error| SweepError::Results {
-            file: path.display().to_string(),
-            line: 0,
-            message: format!("byte {}: {error}", place.start),
-        })
-    }
-
-    /// The result of a cell, if it is done.
-    ///
-    /// # Errors
-    /// The file has gone or changed.
-    pub fn result(&mut self, key: Key) -> Result<Option<CellResult>, SweepError> {
-        match self.places.get(&key).copied().flatten() {
-            Some(place) => self.result_at(place).map(Some),
-            None => Ok(None),
+    fn result_at(&mut self, place: Place) -> Result<CellResult, SweepError> {
+        match self.files.get_mut(place.file()) {
+            Some(file) => file.at(place.byte()),
+            None => Err(SweepError::value("a file of results is not open", "")),
         }
     }
 
-    /// Cells without a result, in the manifest's order, with their places in it.
-    pub fn missing(&self) -> impl Iterator<Item = (usize, &'m Cell)> {
-        let cells = self.manifest.cells.iter().enumerate();
-        cells.filter(|(_, cell)| matches!(self.places.get(&cell.key), Some(None) | None))
+    fn place(&self, key: &Key) -> Option<Place> {
+        let place = self.keys.place(key).and_then(|at| self.places.get(at));
+        place.copied().filter(|place| *place != Place::NONE)
+    }
+
+    /// Number of cells without a result, and the first `most` of them with their places in the manifest.
+    ///
+    /// # Errors
+    /// A manifest that cannot be read any more.
+    pub fn missing(&self, most: usize) -> Result<(usize, Vec<(usize, Cell)>), SweepError> {
+        let (mut count, mut first) = (0, Vec::new());
+        // None of a whole sweep: it need not be read once more.
+        if !self.places.contains(&Place::NONE) {
+            return Ok((count, first));
+        }
+        for (index, cell) in self.manifest.cells()?.enumerate() {
+            let cell = cell?;
+            if self.place(&cell.key).is_none() {
+                count += 1;
+                if first.len() < most {
+                    first.push((index, cell));
+                }
+            }
+        }
+        Ok((count, first))
     }
 
     /// Does something with each finished cell, in the manifest's order.
@@ -125,10 +211,10 @@ impl<'m> Finished<'m> {
         &mut self,
         mut act: impl FnMut(usize, &Cell, &CellResult) -> Result<(), SweepError>,
     ) -> Result<(), SweepError> {
-        let manifest = self.manifest;
-        for (index, cell) in manifest.cells.iter().enumerate() {
-            if let Some(result) = self.result(cell.key)? {
-                act(index, cell, &result)?;
+        for (index, cell) in self.manifest.cells()?.enumerate() {
+            let cell = cell?;
+            if let Some(place) = self.place(&cell.key) {
+                act(index, &cell, &self.result_at(place)?)?;
             }
         }
         Ok(())
@@ -140,9 +226,7 @@ impl<'m> Finished<'m> {
     /// Those of the files and of the writer.
     pub fn write_table<T: TableCells>(&mut self, out: T::Out) -> Result<T::Out, SweepError> {
         let manifest = self.manifest;
-        let numbers: Vec<bool> = (0..manifest.header.vary.len())
-            .map(|coordinate| is_number(manifest, coordinate))
-            .collect();
+        let numbers = self.numeric.clone();
         let columns = columns(manifest, &numbers);
         let mut table =
             TableWriter::<T>::start(out, &columns).map_err(|error| unwritten(&error))?;
@@ -208,15 +292,6 @@ impl<'m> Finished<'m> {
 
 fn unwritten(error: &io::Error) -> SweepError {
     SweepError::value(format!("cannot write the table: {error}"), "")
-}
-
-/// Whether all values of a coordinate are numbers.
-fn is_number(manifest: &Manifest, coordinate: usize) -> bool {
-    let mut levels = manifest
-        .cells
-        .iter()
-        .filter_map(|cell| cell.values.get(coordinate));
-    levels.all(|level| matches!(level, Level::Number(_)))
 }
 
 /// Figures of a row besides those of its method.

@@ -2,7 +2,8 @@
 
 use crate::error::SweepError;
 use crate::key::sha256;
-use crate::manifest::{Cell, Header, Input, Manifest};
+use crate::manifest::{Header, Input};
+use crate::missing::{Need, Needs};
 use lostmotion_sim::machine::presets;
 use lostmotion_sim::request::{ReadingRequest, RunRequest};
 use lostmotion_sim::{Program, SimulateOptions};
@@ -112,32 +113,19 @@ fn folders(reading: &serde_json::Value, folder: &Path) -> Vec<PathBuf> {
 }
 
 impl Inputs {
-    /// Reads the files of a manifest that these cells need.
+    /// Reads the files of a manifest that cells need.
     ///
     /// # Errors
     /// A file that cannot be read, or that has changed since the plan, by the key of the first cell
     /// that needs it.
-    pub fn load(manifest: &Manifest, cells: &[&Cell], folder: &Path) -> Result<Inputs, SweepError> {
-        let header = &manifest.header;
-        // Once over the cells, of which there may be millions.
-        let mut needs_program = vec![false; header.programs.len()];
-        let mut needs_machine = vec![false; header.machines.len()];
-        for cell in cells {
-            let program = needs_program.get_mut(cell.program);
-            let machine = needs_machine.get_mut(cell.machine);
-            for needed in program.into_iter().chain(machine) {
-                *needed = true;
-            }
-        }
+    pub fn load(header: &Header, needs: &Needs, folder: &Path) -> Result<Inputs, SweepError> {
         let mut held = 0;
         let mut programs = Vec::with_capacity(header.programs.len());
-        for ((index, input), needed) in header.programs.iter().enumerate().zip(needs_program) {
-            programs.push(if needed {
+        for (input, need) in header.programs.iter().zip(&needs.programs) {
+            programs.push(if need.cells > 0 {
                 let program = program(input, folder, &mut held)?;
                 if program.is_none() {
-                    return Err(has_changed(&input.name, cells, |cell| {
-                        cell.program == index
-                    }));
+                    return Err(has_changed(&input.name, need));
                 }
                 program
             } else {
@@ -145,9 +133,9 @@ impl Inputs {
             });
         }
         let mut machines = Vec::with_capacity(header.machines.len());
-        for (input, needed) in header.machines.iter().zip(needs_machine) {
+        for (input, need) in header.machines.iter().zip(&needs.machines) {
             // A machine that no cell here needs may be missing.
-            let machine = if needed {
+            let machine = if need.cells > 0 {
                 machine_text(&input.name, folder)?
             } else {
                 MachineText {
@@ -157,7 +145,7 @@ impl Inputs {
             };
             machines.push(machine);
         }
-        Inputs::of_parts(header.clone(), programs, machines, cells, folder)
+        Inputs::of_parts(header.clone(), programs, machines, needs, folder)
     }
 
     /// The same from contents that are already at hand; `programs` has nothing where no cell needs
@@ -170,20 +158,19 @@ impl Inputs {
         header: Header,
         programs: Vec<Option<Program>>,
         machines: Vec<MachineText>,
-        cells: &[&Cell],
+        needs: &Needs,
         folder: &Path,
     ) -> Result<Inputs, SweepError> {
-        for (index, (input, machine)) in header.machines.iter().zip(&machines).enumerate() {
+        let all = header.machines.iter().zip(&machines).zip(&needs.machines);
+        for ((input, machine), need) in all {
             let digest = sha256(machine.toml.as_bytes())
                 .map_err(|error| SweepError::unread("machine", Path::new(&input.name), error))?;
-            if digest != input.sha256 && cells.iter().any(|cell| cell.machine == index) {
-                return Err(has_changed(&input.name, cells, |cell| {
-                    cell.machine == index
-                }));
+            if digest != input.sha256 && need.cells > 0 {
+                return Err(has_changed(&input.name, need));
             }
         }
         if subroutines_sha256(&header.reading, folder)? != header.subroutines {
-            return Err(has_changed("a folder of subroutines", cells, |_| true));
+            return Err(has_changed("a folder of subroutines", &needs.all));
         }
         let (reading, options) = requests(&header, folder)?;
         Ok(Inputs {
@@ -222,15 +209,12 @@ pub(crate) fn requests(
     ))
 }
 
-fn has_changed(what: &str, cells: &[&Cell], needs: impl Fn(&Cell) -> bool) -> SweepError {
-    let mut needing = cells.iter().filter(|cell| needs(cell)).peekable();
+/// A file that is not the one of the plan.
+pub(crate) fn has_changed(what: &str, need: &Need) -> SweepError {
     SweepError::Changed {
         what: what.to_owned(),
-        key: needing
-            .peek()
-            .map(|cell| cell.key.to_string())
-            .unwrap_or_default(),
-        cells: needing.count(),
+        key: need.first.map(|key| key.to_string()).unwrap_or_default(),
+        cells: need.cells,
     }
 }
 

@@ -67,6 +67,35 @@ impl TryFrom<String> for Key {
     }
 }
 
+/// Keys, each once, 16 bytes each.
+#[derive(Clone, Debug, Default)]
+pub struct Keys(Vec<Key>);
+
+impl Keys {
+    /// Of keys in any order.
+    pub fn of(mut keys: Vec<Key>) -> Keys {
+        keys.sort_unstable();
+        keys.dedup();
+        keys.shrink_to_fit();
+        Keys(keys)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Place of a key among them, in their order.
+    pub fn place(&self, key: &Key) -> Option<usize> {
+        self.0.binary_search(key).ok()
+    }
+}
+
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 ///
 /// # Errors

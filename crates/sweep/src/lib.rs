@@ -3,7 +3,8 @@
 //! ```text
 //! file      what a sweep file says            design   which points: grid, random, Sobol
 //! plan      file -> manifest                  key      what a cell is known by
-//! manifest  a line for each cell              inputs   programs and machines, as they were planned
+//! manifest  a line for each cell              missing  cells that are yet to be run
+//! inputs    programs and machines, as they were planned
 //! cell      one cell -> its figures           run      cells on all cores
 //! results   a line for each finished cell     collect  manifest and results -> table
 //! page      the same for a browser            emit     scripts for schedulers
@@ -24,6 +25,7 @@ pub mod file;
 pub mod inputs;
 pub mod key;
 pub mod manifest;
+pub mod missing;
 pub mod page;
 pub mod plan;
 pub mod results;

@@ -3,15 +3,15 @@
 use crate::design::Level;
 use crate::error::SweepError;
 use crate::key::{Key, ordered};
-use lostmotion_report::WriteError;
-use lostmotion_report::atomic::AtomicFile;
 use lostmotion_sim::machine::Change;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Version of manifests, keys and results.
 pub const VERSION: u32 = 1;
@@ -81,13 +81,13 @@ pub struct Cell {
     pub values: Vec<Level>,
 }
 
-/// A sweep, planned.
-#[derive(Clone, Debug, PartialEq)]
+/// A sweep, planned: what its cells have in common, and where they are read from. The cells themselves are
+/// not held, of which there may be millions.
+#[derive(Clone, Debug)]
 pub struct Manifest {
     /// What its cells have in common.
-    pub header: Header,
-    /// The cells, in their order.
-    pub cells: Vec<Cell>,
+    pub header: Arc<Header>,
+    path: PathBuf,
 }
 
 impl Header {
@@ -149,95 +149,17 @@ impl Header {
     }
 }
 
-impl Manifest {
-    /// Writes it, whole or not at all.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), SweepError> {
-        let mut file = AtomicFile::create(path)?;
-        let mut line = |text: serde_json::Result<String>| {
-            let text = text.map_err(std::io::Error::other);
-            text.and_then(|text| writeln!(file, "{text}"))
-                .map_err(|error| WriteError::io("write", path, error))
-        };
-        line(serde_json::to_string(&self.header))?;
-        for cell in &self.cells {
-            line(serde_json::to_string(cell))?;
-        }
-        file.commit()?;
-        Ok(())
-    }
-
-    /// Reads a manifest.
-    ///
-    /// # Errors
-    /// A file that is none, is cut off, or is of another release.
-    pub fn read(path: &Path) -> Result<Manifest, SweepError> {
-        let file = File::open(path).map_err(|error| SweepError::unread("manifest", path, error))?;
-        Manifest::from_lines(
-            &path.display().to_string(),
-            BufReader::with_capacity(1 << 16, file),
-        )
-    }
-
-    /// The same from any reader; `name` is for messages.
-    ///
-    /// # Errors
-    /// As [`Manifest::read`].
-    pub fn from_lines(name: &str, mut lines: impl BufRead) -> Result<Manifest, SweepError> {
-        let mut number = 0;
-        let mut line = String::new();
-        let mut next = |number: &mut usize| -> Result<Option<String>, SweepError> {
-            *number += 1;
-            line.clear();
-            let read = std::io::Read::take(&mut lines, LONGEST_LINE).read_line(&mut line);
-            let read = read.map_err(|source| SweepError::Read {
-                what: "manifest",
-                file: name.to_owned(),
-                source,
-            })?;
-            Ok((read > 0).then(|| line.trim_end().to_owned()))
-        };
-        let broken = |line: usize, message: String| SweepError::Manifest {
-            file: name.to_owned(),
-            line,
-            message,
-        };
-        let none = || "this is no manifest of a sweep (`study sweep plan` makes one)".to_owned();
-        let first = next(&mut number)?.ok_or_else(|| broken(1, none()))?;
-        let header: Header = serde_json::from_str(&first)
-            .map_err(|error| broken(1, format!("{}: {error}", none())))?;
-        if header.sweep != VERSION || header.lostmotion != RELEASE {
-            return Err(SweepError::Release {
-                file: name.to_owned(),
-                there: header.lostmotion,
-                here: RELEASE,
-            });
-        }
-        let mut cells = Vec::new();
-        while let Some(text) = next(&mut number)? {
-            let cell = header.cell(&text).map_err(|why| broken(number, why))?;
-            cells.push(cell);
-        }
-        if cells.len() != header.cells {
-            let why = format!(
-                "{} cells, but the header says {}",
-                cells.len(),
-                header.cells
-            );
-            return Err(broken(number, why));
-        }
-        Ok(Manifest { header, cells })
-    }
-}
-
 impl Header {
     /// A cell from its line.
     ///
     /// # Errors
     /// A line that is none of this header's.
     pub fn cell(&self, line: &str) -> Result<Cell, String> {
+        self.checked(line, &mut Stem::default())
+    }
+
+    /// The same of a line among many, which mostly have program and machine in common.
+    fn checked(&self, line: &str, stem: &mut Stem) -> Result<Cell, String> {
         let cell: Cell = serde_json::from_str(line).map_err(|error| error.to_string())?;
         if cell.program >= self.programs.len() || cell.machine >= self.machines.len() {
             return Err("the header has no such program or machine".to_owned());
@@ -247,10 +169,167 @@ impl Header {
             return Err(format!("{found} values where the header varies {wanted}"));
         }
         // A cell that was edited by hand would stand beside the result of another.
-        let key = self.key(&self.key_stem(cell.program, cell.machine), &cell.values);
+        let key = self.key(stem.of(self, cell.program, cell.machine), &cell.values);
         if key != cell.key {
             return Err(format!("its key is {}, its inputs make {key}", cell.key));
         }
         Ok(cell)
+    }
+}
+
+/// The stem of the keys of the program and machine that were asked for last.
+#[derive(Debug, Default)]
+struct Stem(Option<(usize, usize)>, String);
+
+impl Stem {
+    fn of(&mut self, header: &Header, program: usize, machine: usize) -> &str {
+        if self.0 != Some((program, machine)) {
+            *self = Stem(Some((program, machine)), header.key_stem(program, machine));
+        }
+        &self.1
+    }
+}
+
+/// Lines of a manifest.
+#[derive(Debug)]
+struct Lines {
+    path: PathBuf,
+    reader: BufReader<File>,
+    /// Of the line read last, from 1.
+    number: usize,
+    line: String,
+}
+
+impl Lines {
+    fn open(path: &Path) -> Result<Lines, SweepError> {
+        let file = File::open(path).map_err(|error| SweepError::unread("manifest", path, error))?;
+        Ok(Lines {
+            path: path.to_path_buf(),
+            reader: BufReader::with_capacity(1 << 16, file),
+            number: 0,
+            line: String::new(),
+        })
+    }
+
+    /// Reads the next line. Returns whether there was one.
+    fn advance(&mut self) -> Result<bool, SweepError> {
+        self.number += 1;
+        self.line.clear();
+        let read = std::io::Read::take(&mut self.reader, LONGEST_LINE).read_line(&mut self.line);
+        let read = read.map_err(|error| SweepError::unread("manifest", &self.path, error))?;
+        self.line.truncate(self.line.trim_end().len());
+        Ok(read > 0)
+    }
+
+    fn broken(&self, message: String) -> SweepError {
+        SweepError::Manifest {
+            file: self.path.display().to_string(),
+            line: self.number,
+            message,
+        }
+    }
+
+    /// The header, which is the first line.
+    fn header(&mut self) -> Result<Header, SweepError> {
+        let none = "this is no manifest of a sweep (`study sweep plan` makes one)";
+        if !self.advance()? {
+            return Err(self.broken(none.to_owned()));
+        }
+        let header: Header = serde_json::from_str(&self.line)
+            .map_err(|error| self.broken(format!("{none}: {error}")))?;
+        if header.sweep != VERSION || header.lostmotion != RELEASE {
+            return Err(SweepError::Release {
+                file: self.path.display().to_string(),
+                there: header.lostmotion,
+                here: RELEASE,
+            });
+        }
+        Ok(header)
+    }
+}
+
+/// The cells of a manifest as they are read, each held against its key.
+#[derive(Debug)]
+pub struct Cells {
+    header: Arc<Header>,
+    lines: Lines,
+    stem: Stem,
+    read: usize,
+    ended: bool,
+}
+
+impl Cells {
+    fn advance(&mut self) -> Result<Option<Cell>, SweepError> {
+        if !self.ended && self.lines.advance()? {
+            self.read += 1;
+            let cell = self.header.checked(&self.lines.line, &mut self.stem);
+            return cell.map(Some).map_err(|why| self.lines.broken(why));
+        }
+        let (read, wanted) = (self.read, self.header.cells);
+        if self.ended || read == wanted {
+            return Ok(None);
+        }
+        Err(self
+            .lines
+            .broken(format!("{read} cells, but the header says {wanted}")))
+    }
+}
+
+impl Iterator for Cells {
+    type Item = Result<Cell, SweepError>;
+
+    fn next(&mut self) -> Option<Result<Cell, SweepError>> {
+        let next = self.advance();
+        self.ended |= !matches!(next, Ok(Some(_)));
+        next.transpose()
+    }
+}
+
+impl Manifest {
+    /// Opens a manifest. Its cells are held against their keys whenever they are read.
+    ///
+    /// # Errors
+    /// A file that is none, or is of another release.
+    pub fn read(path: &Path) -> Result<Manifest, SweepError> {
+        Ok(Manifest {
+            header: Arc::new(Lines::open(path)?.header()?),
+            path: path.to_path_buf(),
+        })
+    }
+
+    /// Its cells, in their order, read anew from the file. The iterator ends with an error where the file is
+    /// cut off or a line is no cell of its header.
+    ///
+    /// # Errors
+    /// A file that cannot be read any more, or is another one now.
+    pub fn cells(&self) -> Result<Cells, SweepError> {
+        let mut lines = Lines::open(&self.path)?;
+        if lines.header()? != *self.header {
+            return Err(lines.broken("the manifest has changed while it was read".to_owned()));
+        }
+        Ok(Cells {
+            header: Arc::clone(&self.header),
+            lines,
+            stem: Stem::default(),
+            read: 0,
+            ended: false,
+        })
+    }
+
+    /// Some cells, by their places.
+    ///
+    /// # Errors
+    /// As [`Manifest::cells`].
+    pub fn pick(&self, wanted: &BTreeSet<usize>) -> Result<BTreeMap<usize, Cell>, SweepError> {
+        let mut found = BTreeMap::new();
+        for (index, cell) in self.cells()?.enumerate() {
+            if found.len() == wanted.len() {
+                break;
+            }
+            if wanted.contains(&index) {
+                found.insert(index, cell?);
+            }
+        }
+        Ok(found)
     }
 }

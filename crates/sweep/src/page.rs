@@ -4,11 +4,12 @@ use crate::cell::Outcome;
 use crate::collect::Finished;
 use crate::design::Level;
 use crate::error::SweepError;
-use crate::manifest::{Cell, Manifest};
+use crate::manifest::{Cell, Header, Manifest};
 use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
 use lostmotion_report::page::{CellRatio, MethodCells, study_page};
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// Rows of the lists of worst, failed and missing cells. A choice.
@@ -22,7 +23,8 @@ const MOST_LEVELS: usize = 10;
 /// What is kept of a cell and method.
 #[derive(Clone, Copy)]
 struct Kept {
-    cell: usize,
+    /// Its place; manifests have fewer cells than that.
+    cell: u32,
     max_um: f64,
     backlash_um: f64,
     /// What backlash adds, over what it adds with `none`.
@@ -85,7 +87,7 @@ impl Summary {
                     let none = none.map_or(f64::NAN, |none| of(none.backlash_rms_um));
                     for (kept, method) in summary.methods.iter_mut().zip(&figures.methods) {
                         kept.push(Kept {
-                            cell: index,
+                            cell: u32::try_from(index).unwrap_or(u32::MAX),
                             max_um: of(method.max_um),
                             backlash_um: of(method.backlash_rms_um),
                             // Of no backlash nothing can be left.
@@ -109,6 +111,24 @@ impl Summary {
             Ok(())
         })?;
         Ok(summary)
+    }
+
+    /// The cells and methods with the largest errors, the largest first; each with the place of its method.
+    /// Of equal errors the earlier method and cell come first.
+    fn worst(&self) -> Vec<(usize, Kept)> {
+        let mut worst: Vec<(usize, Kept)> = Vec::with_capacity(LISTED + 1);
+        for (method, cells) in self.methods.iter().enumerate() {
+            for kept in cells.iter().filter(|kept| kept.max_um.is_finite()) {
+                let place = worst.partition_point(|(_, other)| {
+                    other.max_um.total_cmp(&kept.max_um) != Ordering::Less
+                });
+                if place < LISTED {
+                    worst.insert(place, (method, *kept));
+                    worst.truncate(LISTED);
+                }
+            }
+        }
+        worst
     }
 
     /// What each method leaves in the cells, for the chart.
@@ -144,53 +164,56 @@ impl Summary {
 /// Those of the files of results.
 pub fn page(manifest: &Manifest, finished: &mut Finished<'_>) -> Result<String, SweepError> {
     let summary = Summary::of(manifest, finished)?;
-    let missing: Vec<_> = finished.missing().collect();
+    let (missing, first_missing) = finished.missing(LISTED)?;
+    let worst = summary.worst();
+    let listed = worst.iter().map(|(_, kept)| kept.cell as usize);
+    let reasons = summary.reasons.iter().map(|(index, _)| *index);
+    let cells = manifest.pick(&listed.chain(reasons).collect())?;
+    let inputs = |index: usize| {
+        let cell = cells.get(&index);
+        cell.map_or(String::new(), |cell| inputs(&manifest.header, cell))
+    };
     let header = &manifest.header;
     let mut out = String::new();
     let _ = writeln!(
         out,
         "Cells: {}; programs: {}, machines: {}, methods side by side: {}. Cells that could not be run: {}, missing: {}. Errors are contour errors of cutting moves, in um.\n",
-        manifest.cells.len(),
+        header.cells,
         header.programs.len(),
         header.machines.len(),
         header.methods.len(),
         summary.failed,
-        missing.len()
+        missing
     );
     methods(&mut out, manifest, &summary);
     for coordinate in 0..header.vary.len() {
-        by_level(&mut out, manifest, &summary, coordinate);
+        by_level(&mut out, manifest, &summary, coordinate)?;
     }
-    worst(&mut out, manifest, &summary);
+    list_worst(&mut out, manifest, &worst, inputs);
     if !summary.reasons.is_empty() {
         let _ = writeln!(
             out,
             "\n## Cells that could not be run\n\n| cell | inputs | why |\n|--:|---|---|"
         );
         for (index, why) in &summary.reasons {
-            let _ = writeln!(
-                out,
-                "| {index} | {} | {} |",
-                inputs(manifest, *index),
-                cell_text(why)
-            );
+            let _ = writeln!(out, "| {index} | {} | {} |", inputs(*index), cell_text(why));
         }
         more(&mut out, summary.failed);
     }
-    if !missing.is_empty() {
+    if missing > 0 {
         let _ = writeln!(
             out,
             "\n## Missing cells\n\n| cell | key | inputs |\n|--:|---|---|"
         );
-        for (index, cell) in missing.iter().take(LISTED) {
+        for (index, cell) in &first_missing {
             let _ = writeln!(
                 out,
                 "| {index} | {} | {} |",
                 cell.key,
-                inputs(manifest, *index)
+                self::inputs(header, cell)
             );
         }
-        more(&mut out, missing.len());
+        more(&mut out, missing);
     }
     Ok(study_page(
         &format!("Sweep {}", header.file),
@@ -243,55 +266,92 @@ fn methods(out: &mut String, manifest: &Manifest, summary: &Summary) {
     }
 }
 
-/// Groups of cells by the value of a coordinate, each with what it is called.
-fn groups(manifest: &Manifest, coordinate: usize) -> Vec<(String, Vec<usize>)> {
-    let level = |cell: &Cell| cell.values.get(coordinate).cloned();
-    let mut by_text: BTreeMap<String, (f64, Vec<usize>)> = BTreeMap::new();
-    for (index, cell) in manifest.cells.iter().enumerate() {
-        let Some(level) = level(cell) else { continue };
-        let order = match level {
-            Level::Number(number) => number,
-            _ => f64::NAN,
-        };
-        by_text
-            .entry(level.to_string())
-            .or_insert((order, Vec::new()))
-            .1
-            .push(index);
-    }
-    let mut levels: Vec<_> = by_text
-        .into_iter()
-        .map(|(text, (order, cells))| (text, order, cells))
-        .collect();
-    // Numbers by their size; texts stay in their order.
-    levels.sort_by(|a, b| a.1.total_cmp(&b.1));
-    if levels.len() <= MOST_LEVELS {
-        return levels
-            .into_iter()
-            .map(|(text, _, cells)| (text, cells))
-            .collect();
-    }
-    let step = levels.len().div_ceil(MOST_LEVELS);
-    levels
-        .chunks(step)
-        .map(|part| {
-            let ends = part.first().zip(part.last());
-            let name = ends.map_or(String::new(), |(first, last)| {
-                format!("{} to {}", short(first), short(last))
-            });
-            (
-                name,
-                part.iter()
-                    .flat_map(|(_, _, cells)| cells.iter().copied())
-                    .collect(),
-            )
-        })
-        .collect()
+/// A value of a coordinate in its order: numbers by their size, then everything else by its text.
+#[derive(Clone, Debug, PartialEq)]
+enum Value {
+    Number(f64),
+    Other(String),
 }
 
-/// A level in few digits.
-fn short((text, number, _): &(String, f64, Vec<usize>)) -> String {
-    digits(*number).unwrap_or_else(|| text.clone())
+impl Value {
+    fn of(level: &Level) -> Value {
+        match level {
+            Level::Number(number) => Value::Number(*number),
+            other => Value::Other(other.to_string()),
+        }
+    }
+
+    fn order(&self, other: &Value) -> Ordering {
+        match (self, other) {
+            (Value::Number(a), Value::Number(b)) => a.total_cmp(b),
+            (Value::Number(_), Value::Other(_)) => Ordering::Less,
+            (Value::Other(_), Value::Number(_)) => Ordering::Greater,
+            (Value::Other(a), Value::Other(b)) => a.cmp(b),
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Value::Number(number) => Level::Number(*number).to_string(),
+            Value::Other(text) => text.clone(),
+        }
+    }
+
+    /// In few digits.
+    fn short(&self) -> String {
+        match self {
+            Value::Number(number) => digits(*number).unwrap_or_else(|| self.text()),
+            Value::Other(text) => text.clone(),
+        }
+    }
+}
+
+/// The values of a coordinate in groups.
+struct Groups {
+    /// What each is called.
+    names: Vec<String>,
+    /// The group of each cell of the manifest: there are no more than [`MOST_LEVELS`].
+    of_cell: Vec<u8>,
+}
+
+impl Groups {
+    fn of(manifest: &Manifest, coordinate: usize) -> Result<Groups, SweepError> {
+        // Numbers may be as many as cells; texts stand in the sweep file.
+        let (mut numbers, mut others) = (Vec::new(), BTreeSet::new());
+        for cell in manifest.cells()? {
+            match cell?.values.get(coordinate).map(Value::of) {
+                Some(Value::Number(number)) => numbers.push(number),
+                Some(Value::Other(text)) => drop(others.insert(text)),
+                None => {}
+            }
+        }
+        numbers.sort_unstable_by(f64::total_cmp);
+        numbers.dedup_by_key(|number| number.to_bits());
+        let numbers = numbers.into_iter().map(Value::Number);
+        let levels: Vec<Value> = numbers
+            .chain(others.into_iter().map(Value::Other))
+            .collect();
+        let step = levels.len().div_ceil(MOST_LEVELS).max(1);
+        let names = levels.chunks(step).map(|part| match part {
+            [one] if step == 1 => one.text(),
+            [first, .., last] => format!("{} to {}", first.short(), last.short()),
+            [one] => format!("{0} to {0}", one.short()),
+            [] => String::new(),
+        });
+        let mut groups = Groups {
+            names: names.collect(),
+            of_cell: Vec::new(),
+        };
+        for cell in manifest.cells()? {
+            let value = cell?.values.get(coordinate).map(Value::of);
+            let place = value.and_then(|value| {
+                let found = levels.binary_search_by(|level| level.order(&value));
+                found.ok().and_then(|level| u8::try_from(level / step).ok())
+            });
+            groups.of_cell.push(place.unwrap_or(u8::MAX));
+        }
+        Ok(groups)
+    }
 }
 
 /// A number in four digits; `None` of what is no number, or has no more by itself.
@@ -309,7 +369,12 @@ fn digits(number: f64) -> Option<String> {
     })
 }
 
-fn by_level(out: &mut String, manifest: &Manifest, summary: &Summary, coordinate: usize) {
+fn by_level(
+    out: &mut String,
+    manifest: &Manifest,
+    summary: &Summary,
+    coordinate: usize,
+) -> Result<(), SweepError> {
     let header = &manifest.header;
     let name = header
         .vary
@@ -329,18 +394,16 @@ fn by_level(out: &mut String, manifest: &Manifest, summary: &Summary, coordinate
         "\n|---|--:|{}",
         "--:|--:|".repeat(header.methods.len())
     );
-    for (text, cells) in groups(manifest, coordinate) {
-        let _ = write!(out, "| {} | {} |", cell_text(&text), cells.len());
-        let mut is_member = vec![false; manifest.cells.len()];
-        for cell in cells {
-            if let Some(member) = is_member.get_mut(cell) {
-                *member = true;
-            }
-        }
+    let groups = Groups::of(manifest, coordinate)?;
+    for (group, text) in groups.names.iter().enumerate() {
+        let is_member = |at: &u8| usize::from(*at) == group;
+        let count = groups.of_cell.iter().filter(|at| is_member(at)).count();
+        let _ = write!(out, "| {} | {count} |", cell_text(text));
         for kept in &summary.methods {
-            let members = kept
-                .iter()
-                .filter(|kept| is_member.get(kept.cell) == Some(&true));
+            let members = kept.iter().filter(|kept| {
+                let at = groups.of_cell.get(kept.cell as usize);
+                at.is_some_and(is_member)
+            });
             let most: Vec<f64> = members.map(|kept| kept.max_um).collect();
             let _ = write!(
                 out,
@@ -351,42 +414,42 @@ fn by_level(out: &mut String, manifest: &Manifest, summary: &Summary, coordinate
         }
         out.push('\n');
     }
+    Ok(())
 }
 
-fn worst(out: &mut String, manifest: &Manifest, summary: &Summary) {
-    let methods = manifest.header.methods.iter().zip(&summary.methods);
-    let mut all: Vec<(&str, &Kept)> = methods
-        .flat_map(|(name, cells)| cells.iter().map(move |kept| (name.as_str(), kept)))
-        .filter(|(_, kept)| kept.max_um.is_finite())
-        .collect();
-    // Stable: of equal errors the earlier cell comes first.
-    all.sort_by(|a, b| b.1.max_um.total_cmp(&a.1.max_um));
+fn list_worst(
+    out: &mut String,
+    manifest: &Manifest,
+    worst: &[(usize, Kept)],
+    inputs: impl Fn(usize) -> String,
+) {
     let _ = writeln!(
         out,
         "\n## Worst cells\n\n| cell | method | largest error | within | inputs |\n|--:|---|--:|---|---|"
     );
-    for (method, kept) in all.into_iter().take(LISTED) {
+    for (method, kept) in worst {
         let within = match (kept.stopped, kept.within) {
             (true, _) => "stopped",
             (false, true) => "yes",
             (false, false) => "no",
         };
+        let method = manifest
+            .header
+            .methods
+            .get(*method)
+            .map_or("", String::as_str);
         let _ = writeln!(
             out,
             "| {} | {method} | {} | {within} | {} |",
             kept.cell,
             um(kept.max_um),
-            inputs(manifest, kept.cell)
+            inputs(kept.cell as usize)
         );
     }
 }
 
 /// The inputs of a cell by their names.
-fn inputs(manifest: &Manifest, index: usize) -> String {
-    let header = &manifest.header;
-    let Some(cell) = manifest.cells.get(index) else {
-        return String::new();
-    };
+fn inputs(header: &Header, cell: &Cell) -> String {
     let mut text = format!("{} on {}", header.program(cell), header.machine(cell));
     for (coordinate, level) in header.vary.iter().zip(&cell.values) {
         let few = match level {

@@ -4,11 +4,14 @@ use crate::error::SweepError;
 use crate::file::SweepFile;
 use crate::inputs::{machine_text, requests, subroutines_sha256};
 use crate::key::sha256;
-use crate::manifest::{Cell, Coordinate, Header, Input, Manifest, RELEASE, VERSION};
+use crate::manifest::{Cell, Coordinate, Header, Input, RELEASE, VERSION};
+use lostmotion_report::WriteError;
+use lostmotion_report::atomic::AtomicFile;
 use lostmotion_sim::Machine;
 use lostmotion_sim::machine::Change;
 use std::collections::BTreeSet;
 use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Where a sweep file and its manifest stand.
@@ -20,17 +23,25 @@ pub struct Folders<'a> {
     pub manifest: &'a Path,
 }
 
+/// A sweep whose machines and programs have been found good; its cells are made as they are written.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// What its cells have in common.
+    pub header: Header,
+    file: &'a SweepFile,
+}
+
 /// Plans a sweep: every program on every machine at every point, in this order. `most_cells` stands
 /// in place of the file's own.
 ///
 /// # Errors
 /// A pattern that no program fits, a machine that does not exist, a key or value that a machine does
 /// not take, more cells than allowed.
-pub fn plan(
-    file: &SweepFile,
+pub fn plan<'a>(
+    file: &'a SweepFile,
     folders: Folders<'_>,
     most_cells: Option<usize>,
-) -> Result<Manifest, SweepError> {
+) -> Result<Plan<'a>, SweepError> {
     let header = header(file, folders)?;
     try_machines(file, &header, folders.manifest)?;
     let points = file.design().count(file.spans(), file.points());
@@ -50,28 +61,44 @@ pub fn plan(
             "`most_cells` in the file, or --most-cells, allows more",
         ));
     };
-    let points = file
-        .design()
-        .points(file.spans(), file.points(), file.seed());
-    let mut cells = Vec::with_capacity(count);
-    for program in 0..header.programs.len() {
-        for machine in 0..header.machines.len() {
-            let stem = header.key_stem(program, machine);
-            for values in &points {
-                cells.push(Cell {
-                    key: header.key(&stem, values),
-                    program,
-                    machine,
-                    values: values.clone(),
-                });
-            }
-        }
-    }
     let header = Header {
         cells: count,
         ..header
     };
-    Ok(Manifest { header, cells })
+    Ok(Plan { header, file })
+}
+
+impl Plan<'_> {
+    /// Writes the manifest, whole or not at all.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), SweepError> {
+        let (header, file) = (&self.header, self.file);
+        let mut out = AtomicFile::create(path)?;
+        let mut line = |text: serde_json::Result<String>| {
+            let text = text.map_err(std::io::Error::other);
+            text.and_then(|text| writeln!(out, "{text}"))
+                .map_err(|error| WriteError::io("write", path, error))
+        };
+        line(serde_json::to_string(header))?;
+        for program in 0..header.programs.len() {
+            for machine in 0..header.machines.len() {
+                let stem = header.key_stem(program, machine);
+                let design = file.design();
+                for values in design.points(file.spans(), file.points(), file.seed()) {
+                    line(serde_json::to_string(&Cell {
+                        key: header.key(&stem, &values),
+                        program,
+                        machine,
+                        values,
+                    }))?;
+                }
+            }
+        }
+        out.commit()?;
+        Ok(())
+    }
 }
 
 fn header(file: &SweepFile, folders: Folders<'_>) -> Result<Header, SweepError> {

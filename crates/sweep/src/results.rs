@@ -6,10 +6,9 @@
 
 use crate::cell::CellResult;
 use crate::error::SweepError;
-use crate::key::Key;
+use crate::key::{Key, Keys};
 use lostmotion_report::WriteError;
 use serde::Deserialize;
-use std::collections::HashSet;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -17,31 +16,18 @@ use std::path::{Path, PathBuf};
 /// Longest line, bytes. A choice: thousands of methods.
 const LONGEST_LINE: u64 = 16 << 20;
 
-/// A place in a file of results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// First byte of the line.
-    pub start: u64,
-    /// Its bytes, without its end.
-    pub bytes: u32,
-}
-
 /// What is looked at of a line.
 #[derive(Deserialize)]
 struct Known {
     key: Key,
 }
 
-/// Reads the keys of a file of results with the places of their lines, from its start. Gives the
+/// Reads the keys of a file of results with the first bytes of their lines, from its start. Gives the
 /// bytes of its whole lines.
 ///
 /// # Errors
 /// A line in the middle that is no result.
-pub fn scan(
-    path: &Path,
-    file: &File,
-    found: &mut dyn FnMut(Key, Place),
-) -> Result<u64, SweepError> {
+pub fn scan(path: &Path, file: &File, found: &mut dyn FnMut(Key, u64)) -> Result<u64, SweepError> {
     let unread = |error| SweepError::unread("results", path, error);
     let mut reader = BufReader::with_capacity(1 << 18, file);
     reader.seek(SeekFrom::Start(0)).map_err(unread)?;
@@ -64,8 +50,7 @@ pub fn scan(
             line: number,
             message: error.to_string(),
         })?;
-        let bytes = u32::try_from(line.len()).unwrap_or(u32::MAX);
-        found(known.key, Place { start, bytes });
+        found(known.key, start);
         start += read;
     }
 }
@@ -75,17 +60,17 @@ pub fn scan(
 pub struct Results {
     path: PathBuf,
     file: File,
-    done: HashSet<Key>,
     cut_bytes: u64,
 }
 
 impl Results {
-    /// Opens a file of results, which begins if there is none. A half line at its end is cut off.
+    /// Opens a file of results, which begins if there is none, and gives the keys of what is done. A
+    /// half line at its end is cut off.
     ///
     /// # Errors
     /// A file that cannot be read and written, that another run writes to, or that has a line which
     /// is no result.
-    pub fn open(path: &Path) -> Result<Results, SweepError> {
+    pub fn open(path: &Path) -> Result<(Results, Keys), SweepError> {
         let unwritten = |error| SweepError::from(WriteError::io("write", path, error));
         let mut file = OpenOptions::new()
             .read(true)
@@ -102,26 +87,21 @@ impl Results {
                 });
             }
         }
-        let mut done = HashSet::new();
+        let mut done = Vec::new();
         let whole = scan(path, &file, &mut |key, _| {
-            done.insert(key);
+            done.push(key);
         })?;
         let length = file.metadata().map_err(unwritten)?.len();
         if length > whole {
             file.set_len(whole).map_err(unwritten)?;
         }
         file.seek(SeekFrom::End(0)).map_err(unwritten)?;
-        Ok(Results {
+        let results = Results {
             path: path.to_path_buf(),
             file,
-            done,
             cut_bytes: length - whole,
-        })
-    }
-
-    /// Keys of the cells that are done.
-    pub fn done(&self) -> &HashSet<Key> {
-        &self.done
+        };
+        Ok((results, Keys::of(done)))
     }
 
     /// Bytes of the half line that was cut off; 0 if there was none.
@@ -140,20 +120,14 @@ impl Results {
     /// The same of a result that is already a line.
     ///
     /// # Errors
-    /// As [`Results::append`], and a line that is no result.
+    /// As [`Results::append`].
     pub fn append_line(&mut self, line: &str) -> Result<(), SweepError> {
-        let known: Known = serde_json::from_str(line).map_err(|error| SweepError::Results {
-            file: self.path.display().to_string(),
-            line: self.done.len() + 1,
-            message: error.to_string(),
-        })?;
         // One call: a kill leaves the whole line, a part of it at the end, or nothing.
         let mut text = line.trim_end().to_owned();
         text.push('\n');
         self.file
             .write_all(text.as_bytes())
             .map_err(|error| WriteError::io("write", &self.path, error))?;
-        self.done.insert(known.key);
         Ok(())
     }
 

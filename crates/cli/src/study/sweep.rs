@@ -15,10 +15,11 @@ use lostmotion_sweep::emit::{Job, Scheduler, script};
 use lostmotion_sweep::file::SweepFile;
 use lostmotion_sweep::inputs::Inputs;
 use lostmotion_sweep::manifest::Manifest;
+use lostmotion_sweep::missing::{Missing, Shard};
 use lostmotion_sweep::page::page as sweep_page;
 use lostmotion_sweep::plan::{Folders, plan};
 use lostmotion_sweep::results::Results;
-use lostmotion_sweep::run::{Shard, missing, run_cells};
+use lostmotion_sweep::run::run_cells;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -175,10 +176,10 @@ fn planned(args: &PlanArgs, quiet: bool) -> Result<u8, Failure> {
             "file names in a manifest start from its folder",
         ));
     }
-    let manifest = plan(&file, folders, args.most_cells)?;
-    manifest.write(&args.out)?;
+    let plan = plan(&file, folders, args.most_cells)?;
+    plan.write(&args.out)?;
     if !quiet {
-        let header = &manifest.header;
+        let header = &plan.header;
         output::remark(&format!(
             "{}: cells: {}; programs: {}, machines: {}, methods side by side: {}",
             args.out.display(),
@@ -218,7 +219,7 @@ fn ran(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     });
     output::refuse_standard(&out, "a file")?;
     output::refuse_input(&out, &args.manifest, "manifest")?;
-    let mut results = Results::open(&out)?;
+    let (mut results, done) = Results::open(&out)?;
     if results.cut_bytes() > 0 && !quiet {
         let cut = results.cut_bytes();
         output::remark(&format!(
@@ -226,17 +227,19 @@ fn ran(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             out.display()
         ));
     }
-    let cells = missing(&manifest, shard, results.done());
-    if cells.is_empty() {
+    let missing = Missing::of(&manifest, shard, &done)?;
+    drop(done);
+    if missing.is_empty() {
         if !quiet {
             output::remark(&format!("{}: nothing is left to run", out.display()));
         }
         return Ok(DONE);
     }
-    let inputs = Inputs::load(&manifest, &cells, folder(&args.manifest))?;
+    let inputs = Inputs::load(&manifest.header, &missing.needs, folder(&args.manifest))?;
+    let cells = (missing.cells(&manifest)?, missing.len());
     let mut bar = Progress::new(quiet);
     RUNNING.store(true, Ordering::SeqCst);
-    let progress = run_cells(&inputs, &cells, threads, &STOP, &mut |result, progress| {
+    let progress = run_cells(&inputs, cells, threads, &STOP, &mut |result, progress| {
         bar.update(
             progress.done as u64,
             progress.all as u64,
@@ -343,10 +346,10 @@ fn collected(args: &CollectArgs, quiet: bool) -> Result<u8, Failure> {
         written.map_err(|error| WriteError::io("write", page.path(), error))?;
         page.commit()?;
     }
-    let missing: Vec<_> = finished.missing().collect();
+    let (missing, named) = finished.missing(NAMED)?;
     if !quiet {
-        let (all, out) = (manifest.cells.len(), args.out.display());
-        let mut text = format!("{out}: {} of {all} cells", all - missing.len());
+        let (all, out) = (manifest.header.cells, args.out.display());
+        let mut text = format!("{out}: {} of {all} cells", all - missing);
         for (count, what) in [
             (finished.repeated, "results that are there twice"),
             (finished.strangers, "results of other sweeps"),
@@ -357,12 +360,12 @@ fn collected(args: &CollectArgs, quiet: bool) -> Result<u8, Failure> {
         }
         output::remark(&text);
     }
-    if missing.is_empty() {
+    if missing == 0 {
         return Ok(DONE);
     }
     // Even with --quiet: a table with gaps must not pass for a whole one.
-    let mut text = format!("missing: {} cells", missing.len());
-    for (index, cell) in missing.iter().take(NAMED) {
+    let mut text = format!("missing: {missing} cells");
+    for (index, cell) in &named {
         let header = &manifest.header;
         text.push_str(&format!(
             "\n  cell {index}, key {}: {} on {}",
@@ -371,8 +374,8 @@ fn collected(args: &CollectArgs, quiet: bool) -> Result<u8, Failure> {
             header.machine(cell)
         ));
     }
-    if missing.len() > NAMED {
-        text.push_str(&format!("\n  and {} more", missing.len() - NAMED));
+    if missing > NAMED {
+        text.push_str(&format!("\n  and {} more", missing - NAMED));
     }
     output::remark(&text);
     Ok(FOUND)
@@ -387,8 +390,8 @@ fn emitted(args: &EmitArgs) -> Result<u8, Failure> {
     let manifest = manifest(&args.manifest)?;
     let scheduler: Scheduler = args.scheduler.parse().map_err(Failure::message)?;
     let usual = manifest
+        .header
         .cells
-        .len()
         .div_ceil(USUAL_CELLS)
         .clamp(1, USUAL_SHARDS);
     let job = Job {

@@ -540,7 +540,7 @@ fn what_is_wrong_with_a_sweep_is_told_before_it_runs() {
     );
 }
 
-/// Each script is short, and what reads it takes it; that of HyperQueue is run by `.ci/sweep`.
+/// Each script is short, and what reads it takes it; that of HyperQueue is run by a test of the Python package.
 #[test]
 fn scripts_are_short_and_sound() {
     let bench = bench();

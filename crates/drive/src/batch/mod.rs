@@ -9,7 +9,7 @@
 //! period by itself, as a single axis does. Measuring, position and velocity loop are vectors, too
 //! (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes do not
 //! drift; the others do them lane by lane, and so do all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
-//! on the threads of the rayon pool in force if more than one is asked for.
+//! on the threads of the pool in force if more than one is asked for.
 
 mod group;
 mod kernel;
@@ -22,7 +22,7 @@ use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 use group::Group;
-use rayon::prelude::*;
+use lostmotion_base::threads;
 
 pub use lanes::WIDTH;
 
@@ -40,13 +40,13 @@ fn group_size(axes: usize, threads: usize) -> usize {
 /// Axes that are stepped side by side.
 pub struct AxisBatch {
     groups: Vec<Group>,
-    parallel: bool,
+    threads: usize,
 }
 
 impl AxisBatch {
     /// Of axes that need not be alike. Those with the same cycles share vectors best if they are
-    /// neighbours. `threads`: 1 steps all of them on the caller's thread, without rayon; more
-    /// share them out over the rayon pool in force, which should have that many. The results do
+    /// neighbours. `threads`: 1 steps all of them on the caller's thread; more
+    /// share them out over the pool in force ([`threads::pool`]), which should have that many. The results do
     /// not depend on it.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>, threads: usize) -> AxisBatch {
         let size = group_size(axes.len(), threads.max(1));
@@ -58,10 +58,7 @@ impl AxisBatch {
                 _ => groups.push(Group::new(axis, periods)),
             }
         }
-        AxisBatch {
-            groups,
-            parallel: threads > 1,
-        }
+        AxisBatch { groups, threads }
     }
 
     /// Number of axes.
@@ -96,7 +93,8 @@ impl AxisBatch {
         setpoints: &[&[Setpoint]],
         outputs: &mut [AxisOutput],
     ) -> Vec<Result<(), AxisError>> {
-        let mut tasks = Vec::with_capacity(self.groups.len());
+        type Task<'a> = (&'a mut Group, &'a [&'a [Setpoint]], &'a mut [AxisOutput]);
+        let mut tasks: Vec<Task<'_>> = Vec::with_capacity(self.groups.len());
         let (mut setpoints, mut outputs) = (setpoints, outputs);
         for group in &mut self.groups {
             // each group takes its part of both lists, as far as the shorter one goes
@@ -106,14 +104,9 @@ impl AxisBatch {
             (setpoints, outputs) = (others, other_outputs);
             tasks.push((group, mine, my_outputs));
         }
-        type Task<'a> = (&'a mut Group, &'a [&'a [Setpoint]], &'a mut [AxisOutput]);
         let step = |(group, setpoints, outputs): Task<'_>| group.push(setpoints, outputs);
         // groups share nothing, so which thread takes which does not show in the results
-        let results: Vec<Vec<Result<(), AxisError>>> = if self.parallel {
-            tasks.into_par_iter().map(step).collect()
-        } else {
-            tasks.into_iter().map(step).collect()
-        };
+        let results = threads::map(self.threads, tasks.into_iter(), step);
         results.into_iter().flatten().collect()
     }
 }

@@ -183,6 +183,11 @@ pub(super) struct StepTable {
 }
 
 impl StepTable {
+    const EMPTY: StepTable = StepTable {
+        columns: [[0.0; 4]; 7],
+        travel: [0.0; 7],
+    };
+
     fn new(params: &PlantParams, mode: Mode) -> StepTable {
         // states, travel and held inputs in one system whose exponential is the step (van Loan)
         let mut a: Matrix<SIZE> = [[0.0; SIZE]; SIZE];
@@ -222,7 +227,8 @@ impl StepTable {
     /// of the mode nearest to them.
     pub(super) fn all(params: &PlantParams) -> [StepTable; MATRICES] {
         let bounded = params.contact == ContactLaw::Bounded;
-        let mut tables: Vec<StepTable> = Vec::with_capacity(MATRICES);
+        // in place: the plant of a drifting axis is made anew while it is stepped
+        let mut tables = [StepTable::EMPTY; MATRICES];
         for index in 0..MATRICES {
             let mode = Mode::with_matrix(index);
             // modes that this plant cannot come to take the table of their neighbour
@@ -237,12 +243,12 @@ impl StepTable {
                 }
                 _ => None,
             };
-            let table = like
-                .and_then(|like| tables.get(like).cloned())
-                .unwrap_or_else(|| StepTable::new(params, mode));
-            tables.push(table);
+            tables[index] = match like {
+                Some(like) => tables[like].clone(),
+                None => StepTable::new(params, mode),
+            };
         }
-        std::array::from_fn(|index| tables[index].clone())
+        tables
     }
 
     /// Its columns, and the row of the load's travel.

@@ -92,6 +92,14 @@ impl Foresee {
         }
     }
 
+    /// Room for all that is ever kept: what was recalled, and the cycles until somebody asks.
+    pub(super) fn make_room(&mut self) {
+        self.kept
+            .reserve_exact((PAST_CYCLES + MOST_CYCLES).saturating_sub(self.kept.len()));
+        self.past
+            .reserve_exact(PAST_CYCLES.saturating_sub(self.past.len()));
+    }
+
     /// One servo tick: measured motor position (rad), the correction's offset (rad), the half gap (rad)
     /// if it is known, the load if that is, the gapless twin; `ticks` in a command cycle.
     pub(super) fn step(
@@ -168,7 +176,9 @@ impl Foresee {
             speed: 0.0,
         };
         let mut before = mass.place;
-        let mut recalled = Vec::with_capacity(self.past.len());
+        // the newest are of the cycles since the last question
+        self.kept
+            .truncate(self.kept.len().saturating_sub(self.past.len()));
         // where the load was is not known before the motor first met it
         let mut met = false;
         for past in self.past.drain(..) {
@@ -176,17 +186,13 @@ impl Foresee {
             before = past.motor;
             mass.step([past.motor, speed], half_gap, load, period);
             met |= (past.motor - mass.place).abs() >= MET_SHARE * half_gap;
-            recalled.push(if half_gap <= 0.0 || hangs {
+            self.kept.push(if half_gap <= 0.0 || hangs {
                 Some([past.load; 2])
             } else {
                 met.then_some([mass.place - past.wound, past.load])
             });
         }
         self.masses = [mass; 2];
-        // the newest are of the cycles since the last question
-        let older = self.kept.len().saturating_sub(recalled.len());
-        self.kept.truncate(older);
-        self.kept.append(&mut recalled);
     }
 
     /// What was foreseen since the last [`Foresee::clear`], and before it once the gap becomes known, rad:

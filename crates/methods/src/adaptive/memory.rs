@@ -6,6 +6,7 @@ use super::load_filter::LEAST_INERTIA;
 use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
+use super::window::Window;
 use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE};
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
@@ -42,6 +43,7 @@ impl Adaptive {
             load,
             watch: Watch::default(),
             reading: None,
+            read: Window::default(),
             since_reading: 0,
             last: None,
             used: if nil { 0.0 } else { gap.used() },

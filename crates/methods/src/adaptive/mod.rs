@@ -46,7 +46,8 @@
 //! A load without friction is left as it is. An axis that never learns its gap keeps those that move
 //! with it from being compensated. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned
 //! for a heavy load chatters with the motor alone in the gap, readings scatter. A cutting force
-//! that changes the sign of the torque is not foreseen. Its state holds windows of up to 60 kB.
+//! that changes the sign of the torque is not foreseen. Its state takes 320 kB before the
+//! first tick, and no more later.
 //!
 //! Source: this project; the question (gap, load inertia and friction unknown, motor signals only)
 //! is that of Gan, Wang, Huang, Machines 2023, 11(2), 193; prediction error method: Ljung, *System
@@ -87,6 +88,7 @@ use reading::Reading;
 use said::Said;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::mem::swap;
 use trust::Trust;
 use watch::{Motor, Watch};
 use window::Window;
@@ -197,6 +199,8 @@ pub struct AdaptiveState {
     learning: LearningState,
     watch: Watch,
     reading: Option<Reading>,
+    /// The window that it reads.
+    read: Window,
     /// Servo ticks since the last reading began.
     since_reading: u32,
     /// The last reading, for traces.
@@ -288,14 +292,17 @@ impl Registered for Adaptive {
 }
 
 impl Adaptive {
-    /// Starts to read a window, unless another one is being read or the load is unknown.
-    fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
+    /// Starts to read the window that is complete, unless another one is being read or the load is unknown.
+    fn begin_reading(&self, state: &mut AdaptiveState) {
         let pauses = state.gap.count >= READINGS_TO_PAUSE
             && state.crossing.trusts_twin
             && state.since_reading < READING_PAUSE_TICKS;
         if !state.learning.known || state.reading.is_some() || pauses {
+            state.watch.complete.clear();
             return;
         }
+        // the two change places: a window's memory is used again and again
+        swap(&mut state.watch.complete, &mut state.read);
         state.since_reading = 0;
         let prior = Prior {
             load: state.load,
@@ -310,9 +317,9 @@ impl Adaptive {
             } else {
                 0.0
             },
-            side: f64::from(window.side),
+            side: f64::from(state.read.side),
         };
-        state.reading = Some(Reading::new(window, prior, self.known.noise));
+        state.reading = Some(Reading::new(&state.read, prior, self.known.noise));
     }
 
     /// Continues the reading; its result joins the others.
@@ -320,11 +327,12 @@ impl Adaptive {
         let Some(said) = state
             .reading
             .as_mut()
-            .and_then(|reading| reading.work(&self.known))
+            .and_then(|reading| reading.work(&mut state.read, &self.known))
         else {
             return;
         };
         state.reading = None;
+        state.read.clear();
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
@@ -452,6 +460,7 @@ impl Compensator for Adaptive {
             learning: LearningState::new(),
             watch: Watch::default(),
             reading: None,
+            read: Window::default(),
             since_reading: 0,
             last: None,
             gap: Readings::default(),
@@ -459,6 +468,12 @@ impl Compensator for Adaptive {
             trust: Trust::NONE,
             foresee: Foresee::at(motor_position),
         }
+    }
+
+    fn make_room(&self, state: &mut AdaptiveState) {
+        state.watch.make_room();
+        state.read.make_room();
+        state.foresee.make_room();
     }
 
     fn learned(&self, state: &AdaptiveState) -> Option<Learned> {
@@ -553,14 +568,14 @@ impl Compensator for Adaptive {
         }
         state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on
-        if let Some(window) = state.watch.step(
+        if state.watch.step(
             &self.motor,
             side,
             state.crossing.side,
             carried,
             state.load.coulomb,
         ) {
-            self.begin_reading(state, window);
+            self.begin_reading(state);
         }
         self.read(state);
         // estimates for traces: the consensus, not what is used

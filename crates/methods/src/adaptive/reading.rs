@@ -78,10 +78,9 @@ enum Phase {
     Check,
 }
 
-/// A reading under way.
+/// A reading under way, of a window that stays the same but for its end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
-    window: Window,
     /// Length of the part that is read, s, and the motor's largest speed, rad/s.
     extent: (f64, f64),
     /// Factor on the encoder's noise: on a slow motor a count lasts for several ticks, whose errors
@@ -109,18 +108,17 @@ pub(super) struct Reading {
 
 impl Reading {
     /// `noise`: standard deviation of a measured position, rad.
-    pub(super) fn new(window: Window, prior: Prior, noise: f64) -> Reading {
+    pub(super) fn new(window: &Window, prior: Prior, noise: f64) -> Reading {
         let count = noise * 12.0_f64.sqrt();
         let at = prior.mean();
         let hypotheses = uniform(&at, prior.load.damping);
-        let progress = Progress::start(&window, &hypotheses);
+        let progress = Progress::start(window, &hypotheses);
         let mut reading = Reading {
             extent: window.extent(),
             // n equal errors have n times the variance of n independent ones in their mean
             steps: (1.0
                 + (count / window.pace().max(count / CORRELATED_TICKS)).min(CORRELATED_TICKS))
             .sqrt(),
-            window,
             prior,
             phase: Phase::Onset(0),
             hypotheses,
@@ -135,12 +133,12 @@ impl Reading {
             without: 0.0,
             newton: Newton::new(at),
         };
-        reading.begin();
+        reading.begin(window);
         reading
     }
 
     /// Starts a pass of the present phase.
-    fn begin(&mut self) {
+    fn begin(&mut self, window: &Window) {
         let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
         // lane 0 is the point; each further lane changes one unknown, for the derivatives
         if self.phase == Phase::Newton {
@@ -152,7 +150,7 @@ impl Reading {
             lanes.half_gap = std::array::from_fn(|lane| self.half_gap_of(lane));
         }
         self.hypotheses = lanes;
-        self.progress = Progress::start(&self.window, &self.hypotheses);
+        self.progress = Progress::start(window, &self.hypotheses);
         self.sums = Sums::default();
     }
 
@@ -207,15 +205,15 @@ impl Reading {
     }
 
     /// Does the work of one tick. Returns the result once there is one.
-    pub(super) fn work(&mut self, known: &Known) -> Option<Said> {
+    pub(super) fn work(&mut self, window: &mut Window, known: &Known) -> Option<Said> {
         // the supposed noise bounds that of the encoder from below
         let noise = (known.noise * self.steps).max(SUPPOSED_NOISE_RAD[self.level]);
         let known = &Known { noise, ..*known };
         for _ in 0..SAMPLES_PER_TICK {
-            match self.progress.step(known, &self.hypotheses, &self.window) {
+            match self.progress.step(known, &self.hypotheses, window) {
                 Some(Some(innovation)) => {
                     if let Phase::Onset(attempt) = self.phase {
-                        let (side, known) = (f64::from(self.window.side), self.prior.half_gap);
+                        let (side, known) = (f64::from(window.side), self.prior.half_gap);
                         self.onset.look(
                             &innovation,
                             &self.progress,
@@ -227,31 +225,31 @@ impl Reading {
                     self.sums.add(&innovation, self.phase == Phase::Newton);
                 }
                 Some(None) => {}
-                None => return self.pass_done(noise > SUPPOSED_NOISE_RAD[self.level]),
+                None => return self.pass_done(window, noise > SUPPOSED_NOISE_RAD[self.level]),
             }
         }
         None
     }
 
     /// Samples that count: those behind the warm-up.
-    fn count(&self) -> f64 {
-        self.window.samples.len().saturating_sub(WARM_UP).max(1) as f64
+    fn count(window: &Window) -> f64 {
+        window.samples.len().saturating_sub(WARM_UP).max(1) as f64
     }
 
     /// Ends a pass and chooses the next phase. `noisy`: the encoder is noisier than what is supposed,
     /// so that a second search with less noise would change nothing.
-    fn pass_done(&mut self, noisy: bool) -> Option<Said> {
+    fn pass_done(&mut self, window: &mut Window, noisy: bool) -> Option<Said> {
         match self.phase {
             Phase::Onset(attempt) => {
                 // no contact in this attempt: less noise or a lower threshold
                 let Some(end) = self.onset.end else {
-                    return self.look_again(attempt + 1);
+                    return self.look_again(window, attempt + 1);
                 };
                 // cost without a gap is the reference for how much a reading explains; then cut
                 // behind the contact
-                self.without = self.sums.cost[0] / self.count();
-                self.window.samples.truncate(end);
-                self.extent = self.window.extent();
+                self.without = self.sums.cost[0] / Self::count(window);
+                window.samples.truncate(end);
+                self.extent = window.extent();
                 self.phase = Phase::Candidates;
             }
             Phase::Candidates => self.keep_best(Phase::Fine),
@@ -265,10 +263,12 @@ impl Reading {
                 self.newton.at[GAP] = self.best.0;
             }
             Phase::Newton => {
-                if self
-                    .newton
-                    .take(&self.sums, self.count(), &self.prior, &self.differences())
-                    && self.settle(noisy)
+                if self.newton.take(
+                    &self.sums,
+                    Self::count(window),
+                    &self.prior,
+                    &self.differences(),
+                ) && self.settle(noisy)
                 {
                     let Some(found) = self.found else {
                         return Some(Said::NOTHING);
@@ -278,21 +278,21 @@ impl Reading {
             }
             Phase::Check => {
                 return self.found.map(|found| {
-                    Said::checked(&found, &self.sums.cost, self.window.wavered, self.without)
+                    Said::checked(&found, &self.sums.cost, window.wavered, self.without)
                 });
             }
         }
-        self.begin();
+        self.begin(window);
         None
     }
 
     /// The next attempt to find an onset, if there is one.
-    fn look_again(&mut self, attempt: usize) -> Option<Said> {
+    fn look_again(&mut self, window: &Window, attempt: usize) -> Option<Said> {
         let Some((level, _)) = ONSET_ATTEMPTS.get(attempt) else {
             return Some(Said::NOTHING);
         };
         (self.level, self.onset, self.phase) = (*level, Onset::default(), Phase::Onset(attempt));
-        self.begin();
+        self.begin(window);
         None
     }
 

@@ -45,12 +45,27 @@ pub(super) struct Motor {
     pub(super) noise: f64,
 }
 
+/// What the window under way is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+enum Open {
+    /// There is none.
+    #[default]
+    Nothing,
+    /// The flank gave way, and as yet no other has to carry the load.
+    Left,
+    /// Another flank has to carry it.
+    Crossing,
+}
+
 /// The last ticks and the window under way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Watch {
     disturbance: Disturbance,
     recent: Recent,
-    window: Option<Window>,
+    open: Open,
+    window: Window,
+    /// The last window that was complete, until it is taken or let go.
+    pub(super) complete: Window,
     /// Ticks since the change of flank, and those on the new one.
     since: u32,
     arrived: u32,
@@ -58,13 +73,18 @@ pub(super) struct Watch {
     engaged: bool,
     /// Whether it is certainly pressed now.
     pressed: bool,
-    /// Window since the flank gave way, as long as no other has to carry the load.
-    left: Option<Window>,
     current: f64,
     sample: Sample,
 }
 
 impl Watch {
+    /// Room for all that is ever kept.
+    pub(super) fn make_room(&mut self) {
+        self.recent.make_room();
+        self.window.make_room();
+        self.complete.make_room();
+    }
+
     /// Records the last tick: observed torque and sample.
     pub(super) fn observe(&mut self, motor: &Motor, signals: &Signals, twin: &TwinState) {
         // the twin knows in which direction the motor slides, or that it sticks
@@ -95,8 +115,8 @@ impl Watch {
     }
 
     /// One tick: the flank that carried the load up to now, the one that has to from now on, the
-    /// torque that it has to carry, and the load's Coulomb friction (N m). Returns a window that is
-    /// complete.
+    /// torque that it has to carry, and the load's Coulomb friction (N m). Returns whether a window
+    /// is complete.
     pub(super) fn step(
         &mut self,
         motor: &Motor,
@@ -104,7 +124,7 @@ impl Watch {
         now: i8,
         wanted: f64,
         friction: f64,
-    ) -> Option<Window> {
+    ) -> bool {
         let (seen, sign) = (self.seen(), f64::from(now));
         // same direction, and at least half of what the twin's shaft carries
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
@@ -117,10 +137,8 @@ impl Watch {
         self.engaged |= self.arrived >= ARRIVED_TICKS;
         self.since = self.since.saturating_add(1);
         // a window that is full is dropped: the crossing takes too long
-        for window in [&mut self.window, &mut self.left] {
-            *window = window
-                .take()
-                .and_then(|mut window| window.push(self.sample).then_some(window));
+        if self.open != Open::Nothing && !self.window.push(self.sample) {
+            self.forget();
         }
         self.give_way(motor, before, 0.5 * friction);
         // no change of flank: the window closes once the new flank has carried the load for long
@@ -132,25 +150,25 @@ impl Watch {
                 LEAST_TICKS_FAINT
             };
             let over = self.since >= least && self.arrived >= ARRIVED_TICKS;
-            return if over { self.close(now) } else { None };
+            return over && self.close(now);
         }
         // change of flank: one that had not carried the load yet only wavered; otherwise the old
         // window ends and a new one starts where the flank gave way
-        let mut complete = None;
-        match &mut self.window {
-            Some(window) if !self.engaged => window.wavered = true,
-            _ => {
-                complete = self.close(before);
-                let pressed =
-                    self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
-                self.window = self.left.take();
-                if self.window.is_none() && (self.engaged || pressed) {
-                    self.window = Window::new(&self.recent, before);
-                }
-                self.since = 0;
+        let mut complete = false;
+        if self.open == Open::Crossing && !self.engaged {
+            self.window.wavered = true;
+        } else {
+            complete = self.close(before);
+            let pressed =
+                self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
+            let opens = self.open == Open::Left
+                || (self.engaged || pressed) && self.window.begin(&self.recent, before);
+            if opens {
+                self.open = Open::Crossing;
             }
+            self.since = 0;
         }
-        (self.arrived, self.engaged, self.pressed, self.left) = (0, false, false, None);
+        (self.arrived, self.engaged, self.pressed) = (0, false, false);
         complete
     }
 
@@ -161,18 +179,37 @@ impl Watch {
         let bounds = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
         let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
         let before = std::mem::replace(&mut self.pressed, pressed);
-        if self.pressed {
-            self.left = None;
-        } else if before && self.engaged && self.window.is_none() {
-            self.left = Window::new(&self.recent, flank);
+        if self.pressed && self.open == Open::Left {
+            self.forget();
+        } else if !self.pressed
+            && before
+            && self.engaged
+            && self.open != Open::Crossing
+            && self.window.begin(&self.recent, flank)
+        {
+            self.open = Open::Left;
         }
     }
 
-    /// Ends the window on a flank; one that ends on the flank where it began shows nothing.
-    fn close(&mut self, flank: i8) -> Option<Window> {
-        let mut window = self.window.take()?;
-        window.close();
-        (self.engaged && window.side != 0 && window.side != flank).then_some(window)
+    /// Ends the window on a flank. Returns whether it is complete: one that ends on the flank where it
+    /// began shows nothing.
+    fn close(&mut self, flank: i8) -> bool {
+        if self.open != Open::Crossing {
+            return false;
+        }
+        let tells = self.engaged && self.window.side != 0 && self.window.side != flank;
+        if tells {
+            self.window.close();
+            std::mem::swap(&mut self.window, &mut self.complete);
+        }
+        self.forget();
+        tells
+    }
+
+    /// Drops the window under way.
+    fn forget(&mut self) {
+        self.open = Open::Nothing;
+        self.window.clear();
     }
 }
 

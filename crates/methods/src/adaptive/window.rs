@@ -10,6 +10,7 @@
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::mem::take;
 
 /// Servo ticks kept singly from before a crossing: 50 ms, for the warm-up and some more.
 const TICKS_BEFORE: usize = 200;
@@ -21,6 +22,8 @@ const OBSERVER_LAG_TICKS: usize = 21;
 /// Bound of the samples in between. A choice: bounds memory and work; at their longest they span 16
 /// s.
 const SAMPLES_BETWEEN: usize = 128;
+/// Samples of a window that is complete, at most.
+const MOST_SAMPLES: usize = TICKS_BEFORE + SAMPLES_BETWEEN + TICKS_AT_END;
 /// Bound of the servo ticks in a sample: 128 ms, which makes a window of 16 s. A longer crossing is
 /// not read.
 const LONGEST_SAMPLE_TICKS: u32 = 512;
@@ -51,6 +54,12 @@ pub(super) struct Recent {
 }
 
 impl Recent {
+    /// Room for all that is kept.
+    pub(super) fn make_room(&mut self) {
+        self.ticks
+            .reserve_exact(TICKS_BEFORE.saturating_sub(self.ticks.len()));
+    }
+
     /// Adds a tick; the oldest one is dropped.
     pub(super) fn push(&mut self, tick: Tick) {
         if self.ticks.len() >= TICKS_BEFORE {
@@ -60,8 +69,9 @@ impl Recent {
     }
 }
 
-/// Samples around a crossing from one flank.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Samples around a crossing from one flank. It is used again for one crossing after the other, so that its
+/// memory stays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Window {
     /// Flank that carried the load at the start, -1 or 1.
     pub(super) side: i8,
@@ -80,21 +90,41 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Begins with the last ticks; `None` where there are too few.
-    pub(super) fn new(recent: &Recent, side: i8) -> Option<Window> {
-        let first = recent.ticks.front()?;
+    /// Room for all that is ever kept.
+    pub(super) fn make_room(&mut self) {
+        self.samples
+            .reserve_exact(MOST_SAMPLES.saturating_sub(self.samples.len()));
+        // a tick joins the end before the oldest leaves it
+        self.end
+            .reserve_exact((TICKS_AT_END + 1).saturating_sub(self.end.len()));
+    }
+
+    /// Begins anew with the last ticks. Returns false where there are too few.
+    pub(super) fn begin(&mut self, recent: &Recent, side: i8) -> bool {
         // the torque observed now is that of the start, a time constant ago
-        let late = recent.ticks.get(OBSERVER_LAG_TICKS)?;
-        let samples = recent.ticks.iter().map(|tick| tick.sample).collect();
-        Some(Window {
-            side,
-            torque: late.seen,
-            stands: first.stands,
-            wavered: false,
+        let (Some(first), Some(late)) =
+            (recent.ticks.front(), recent.ticks.get(OBSERVER_LAG_TICKS))
+        else {
+            return false;
+        };
+        self.clear();
+        (self.side, self.torque, self.stands) = (side, late.seen, first.stands);
+        self.stride = 1;
+        self.samples
+            .extend(recent.ticks.iter().map(|tick| tick.sample));
+        true
+    }
+
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        let (mut samples, mut end) = (take(&mut self.samples), take(&mut self.end));
+        samples.clear();
+        end.clear();
+        *self = Window {
             samples,
-            end: VecDeque::new(),
-            stride: 1,
-        })
+            end,
+            ..Window::default()
+        };
     }
 
     /// Adds a tick. Returns whether there was room for it.
@@ -168,13 +198,14 @@ impl Window {
                 .is_some_and(|last| last.ticks >= self.stride)
         {
             // full: merge pairs, and from now on twice as many ticks
-            let pairs: Vec<Sample> = self
-                .samples
-                .split_off(TICKS_BEFORE)
-                .chunks(2)
-                .map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b)))
-                .collect();
-            self.samples.extend(pairs);
+            let mut kept = TICKS_BEFORE;
+            for at in (TICKS_BEFORE..self.samples.len()).step_by(2) {
+                let first = self.samples[at];
+                let second = self.samples.get(at + 1);
+                self.samples[kept] = second.map_or(first, |second| merged(&first, second));
+                kept += 1;
+            }
+            self.samples.truncate(kept);
             self.stride *= 2;
         }
     }

@@ -276,6 +276,10 @@ impl<C: Compensator> Compensator for Observed<C> {
         }
     }
 
+    fn make_room(&self, state: &mut Self::State) {
+        self.compensator.make_room(&mut state.compensator);
+    }
+
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction {
         let correction = self.compensator.step(&mut state.compensator, signals);
         self.watch(&mut state.shaft, signals, correction)

@@ -75,12 +75,12 @@ def collect(manifest: _Path, results: _Path | list[_Path] | None = None) -> Tabl
         paths: list[_Path] = [*sorted(found)]
     else:
         paths = [results] if isinstance(results, (str, os.PathLike)) else list(results)
-    table, missing = _native.sweep_collect(path, paths)
+    table, missing, named = _native.sweep_collect(path, paths)
     if missing:
         import warnings
 
-        shown = ", ".join(missing[:3]) + (", ..." if len(missing) > 3 else "")
-        warnings.warn(f"{len(missing)} cells of {path} have no result: {shown}", stacklevel=2)
+        shown = ", ".join(named) + (", ..." if missing > len(named) else "")
+        warnings.warn(f"{missing} cells of {path} have no result: {shown}", stacklevel=2)
     return table
 
 
@@ -161,7 +161,6 @@ class _Batches:
     def __init__(self, driver: _native.SweepDriver, batch_s: float) -> None:
         self.driver = driver
         self.batch_s = batch_s
-        self._next = 0
         self._cell_s: float | None = None
 
     def took(self, cells: int, seconds: float) -> None:
@@ -171,16 +170,13 @@ class _Batches:
 
     def take(self, cores: int = 1) -> tuple[list[str], list[int]] | None:
         """The next batch for some cores: lines of cells and numbers of programs."""
-        if self._next >= len(self.driver):
-            return None
         # Before anything is known: one cell a core.
         cells = cores
         if self._cell_s is not None:
             cells = int(cores * self.batch_s / max(self._cell_s, 1e-6))
         cells = min(max(cells, cores), _MOST_CELLS * cores)
-        batch = self.driver.batch(self._next, cells)
-        self._next += len(batch[0])
-        return batch
+        batch = self.driver.take(cells)
+        return batch if batch[0] else None
 
 
 def _local(batches: _Batches, threads: int) -> Iterator[list[str]]:

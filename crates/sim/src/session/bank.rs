@@ -8,7 +8,7 @@ use crate::machine::{Machine, Memory};
 use crate::method::Choice;
 use crate::motion::Modes;
 use crate::observer::ForeseenContour;
-use lostmotion_base::{Clock, Coords};
+use lostmotion_base::{Clock, Coords, threads};
 use lostmotion_contour::ContourTracker;
 use lostmotion_drive::config::{Load, Reflected};
 use lostmotion_drive::{
@@ -17,7 +17,6 @@ use lostmotion_drive::{
 };
 use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
 use lostmotion_plan::Sample;
-use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
@@ -574,21 +573,12 @@ impl Bank {
             _ => Ok(()),
         };
         let tied = &setpoints[free..];
-        let results: Vec<Result<(), AxisError>> = if self.threads > 1 {
-            self.beams
-                .par_iter_mut()
-                .zip(ends.par_chunks_mut(2))
-                .zip(tied.par_chunks(2))
-                .map(step)
-                .collect()
-        } else {
-            self.beams
-                .iter_mut()
-                .zip(ends.chunks_mut(2))
-                .zip(tied.chunks(2))
-                .map(step)
-                .collect()
-        };
+        let beams = self
+            .beams
+            .iter_mut()
+            .zip(ends.chunks_mut(2))
+            .zip(tied.chunks(2));
+        let results = threads::map(self.threads, beams, step);
         results
             .into_iter()
             .enumerate()

@@ -16,12 +16,11 @@ use crate::observer::{Audience, MotorPoint, Observer};
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
-use lostmotion_base::{Clock, Tick};
+use lostmotion_base::{Clock, Tick, threads};
 use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
 use lostmotion_methods::Misled;
-use rayon::prelude::*;
 
 /// The variant that runs beside every method: no gap, no compensator.
 pub(crate) const WITHOUT_GAP: usize = 0;
@@ -216,11 +215,7 @@ impl Judge {
         let record = |recorder: &mut Recorder| recorder.chunk(chunk, tracker);
         // Collected in the order of the variants, so that the first error does not depend on the
         // number of threads.
-        let results: Vec<Result<(), SimError>> = if threads > 1 {
-            self.recorders.par_iter_mut().map(record).collect()
-        } else {
-            self.recorders.iter_mut().map(record).collect()
-        };
+        let results = threads::map(threads, self.recorders.iter_mut(), record);
         results.into_iter().collect()
     }
 

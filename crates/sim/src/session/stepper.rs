@@ -17,7 +17,7 @@ use crate::motion::{Feed, Modes};
 use crate::observer::{ForeseenContour, Progress};
 use crate::results::LimitsUsed;
 use crate::setup::Setup;
-use lostmotion_base::{AxisId, Clock, Coords, Tick};
+use lostmotion_base::{AxisId, Clock, Coords, Tick, threads};
 use lostmotion_contour::{
     ContourError, ContourInput, ContourSample, ContourTracker, FootState, ProgrammedSegment,
 };
@@ -281,7 +281,7 @@ impl Stepper {
         };
         let (looked, axes) = if self.threads > 1 {
             // Idle threads take what was put aside first: the plan, then the look.
-            let ((axes, looked), ()) = rayon::join(|| rayon::join(axes, look), plan);
+            let ((axes, looked), ()) = threads::join(|| threads::join(axes, look), plan);
             (looked, axes)
         } else {
             let (looked, axes) = (look(), axes());

@@ -10,8 +10,7 @@ use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
 use ledger::Ledger;
-use lostmotion_base::Tick;
-use rayon::prelude::*;
+use lostmotion_base::{Tick, threads};
 use results::{BlockTime, CycleTime, KindTimes, TIME_SCHEMA, WhatIf};
 
 /// What is counted, and what is taken to last how long.
@@ -170,11 +169,7 @@ fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
     };
     setup.on_threads(|threads| {
         // Plans are independent of each other; collected in the table's order.
-        let rows: Vec<Result<WhatIf, SimError>> = if threads > 1 {
-            CHANGES.par_iter().map(row).collect()
-        } else {
-            CHANGES.iter().map(row).collect()
-        };
+        let rows = threads::map(threads, CHANGES.iter(), row);
         rows.into_iter().collect()
     })
 }

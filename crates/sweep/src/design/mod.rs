@@ -152,11 +152,16 @@ impl Design {
     /// use lostmotion_sweep::design::{Design, Level, Scale, Span};
     ///
     /// let gap = Span::Range { from: 0.0, to: 40.0, scale: Scale::Linear, steps: 3 };
-    /// let points = Design::Grid.points(&[gap], 0, 0);
+    /// let points: Vec<_> = Design::Grid.points(&[gap], 0, 0).collect();
     /// assert_eq!(points, [[0.0], [20.0], [40.0]].map(|point| point.map(Level::Number).to_vec()));
     /// ```
-    pub fn points(self, spans: &[Span], points: usize, seed: u64) -> Vec<Vec<Level>> {
-        let at = |place: &mut dyn FnMut(usize) -> f64| {
+    pub fn points(
+        self,
+        spans: &[Span],
+        points: usize,
+        seed: u64,
+    ) -> Box<dyn Iterator<Item = Vec<Level>> + '_> {
+        let at = move |place: &mut dyn FnMut(usize) -> f64| -> Vec<Level> {
             spans
                 .iter()
                 .enumerate()
@@ -164,31 +169,34 @@ impl Design {
                 .collect()
         };
         match self {
-            Design::Grid => grid(spans),
+            Design::Grid => Box::new(grid(spans)),
             Design::Random => {
                 let mut random = Random::new(seed);
-                (0..points).map(|_| at(&mut |_| random.unit())).collect()
+                Box::new((0..points).map(move |_| at(&mut |_| random.unit())))
             }
-            Design::Sobol => Sobol::new(spans.len())
-                .take(points)
-                .map(|point| at(&mut |index| point.get(index).copied().unwrap_or_default()))
-                .collect(),
+            Design::Sobol => {
+                let places = Sobol::new(spans.len()).take(points);
+                let level = |point: &[f64], index: usize| point.get(index).copied();
+                Box::new(places.map(move |point| {
+                    at(&mut |index| level(point.as_slice(), index).unwrap_or_default())
+                }))
+            }
         }
     }
 }
 
-fn grid(spans: &[Span]) -> Vec<Vec<Level>> {
-    // Each span puts each of its levels behind every point so far.
-    spans.iter().fold(vec![Vec::new()], |points, span| {
-        let levels = span.levels();
-        let longer = points.iter().flat_map(|point| {
-            levels.iter().map(move |level| {
-                let mut point = point.clone();
-                point.push(level.clone());
-                point
-            })
-        });
-        longer.collect()
+fn grid(spans: &[Span]) -> impl Iterator<Item = Vec<Level>> {
+    let levels: Vec<Vec<Level>> = spans.iter().map(Span::levels).collect();
+    let count = levels.iter().map(Vec::len).product::<usize>();
+    (0..count).map(move |mut number| {
+        // The digits of its number, of which the last is that of the last span.
+        let mut point = Vec::with_capacity(levels.len());
+        for levels in levels.iter().rev() {
+            point.extend(levels.get(number % levels.len()).cloned());
+            number /= levels.len();
+        }
+        point.reverse();
+        point
     })
 }
 
@@ -205,13 +213,12 @@ mod tests {
         }
     }
 
-    fn numbers(points: &[Vec<Level>]) -> Vec<Vec<f64>> {
+    fn numbers(points: impl Iterator<Item = Vec<Level>>) -> Vec<Vec<f64>> {
         let number = |level: &Level| match level {
             Level::Number(number) => *number,
             _ => f64::NAN,
         };
         points
-            .iter()
             .map(|point| point.iter().map(number).collect())
             .collect()
     }
@@ -223,7 +230,7 @@ mod tests {
             Span::Levels(vec![text("a"), text("b")]),
             range(1.0, 100.0, Scale::Log, 3),
         ];
-        let points = Design::Grid.points(&spans, 0, 0);
+        let points: Vec<_> = Design::Grid.points(&spans, 0, 0).collect();
         let shown: Vec<String> = points
             .iter()
             .map(|point| format!("{}{}", point[0], point[1]))
@@ -231,7 +238,8 @@ mod tests {
         assert_eq!(shown, ["a1", "a10", "a100", "b1", "b10", "b100"]);
         assert_eq!(Design::Grid.count(&spans, 0), Some(6));
         // No key varied: one point, the machine as it is.
-        assert_eq!(Design::Grid.points(&[], 0, 0), [Vec::new()]);
+        let points: Vec<_> = Design::Grid.points(&[], 0, 0).collect();
+        assert_eq!(points, [Vec::new()]);
         assert_eq!(
             Design::Grid.count(&vec![range(0.0, 1.0, Scale::Linear, 1 << 20); 9], 0),
             None
@@ -244,9 +252,9 @@ mod tests {
             range(5.0, 10.0, Scale::Linear, 0),
             range(1e-3, 1e3, Scale::Log, 0),
         ];
-        let points = numbers(&Design::Random.points(&spans, 2000, 7));
-        assert_eq!(points, numbers(&Design::Random.points(&spans, 2000, 7)));
-        assert_ne!(points, numbers(&Design::Random.points(&spans, 2000, 8)));
+        let points = numbers(Design::Random.points(&spans, 2000, 7));
+        assert_eq!(points, numbers(Design::Random.points(&spans, 2000, 7)));
+        assert_ne!(points, numbers(Design::Random.points(&spans, 2000, 8)));
         assert!(
             points
                 .iter()
