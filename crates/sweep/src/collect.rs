@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// A file of results, read here and there.
 #[derive(Debug)]
-struct Lines {
+struct ResultLines {
     path: PathBuf,
     reader: BufReader<File>,
     /// The byte that is read next. Results mostly follow each other as their cells do: seeking a little
@@ -23,10 +23,10 @@ struct Lines {
     next: u64,
 }
 
-impl Lines {
-    fn open(path: &Path) -> Result<Lines, SweepError> {
+impl ResultLines {
+    fn open(path: &Path) -> Result<ResultLines, SweepError> {
         let file = File::open(path).map_err(|error| SweepError::unread("results", path, error))?;
-        Ok(Lines {
+        Ok(ResultLines {
             path: path.to_path_buf(),
             reader: BufReader::with_capacity(1 << 16, file),
             next: 0,
@@ -83,7 +83,7 @@ impl Place {
 #[derive(Debug)]
 pub struct Finished<'m> {
     manifest: &'m Manifest,
-    files: Vec<Lines>,
+    files: Vec<ResultLines>,
     keys: Keys,
     /// In the order of the keys.
     places: Vec<Place>,
@@ -121,7 +121,7 @@ impl<'m> Finished<'m> {
             strangers: 0,
         };
         for (index, path) in paths.iter().enumerate() {
-            finished.files.push(Lines::open(path)?);
+            finished.files.push(ResultLines::open(path)?);
             let file =
                 File::open(path).map_err(|error| SweepError::unread("results", path, error))?;
             let mut repeated = Vec::new();

@@ -190,9 +190,9 @@ impl Stem {
     }
 }
 
-/// Lines of a manifest.
+/// The lines of a manifest.
 #[derive(Debug)]
-struct Lines {
+struct ManifestLines {
     path: PathBuf,
     reader: BufReader<File>,
     /// Of the line read last, from 1.
@@ -200,10 +200,10 @@ struct Lines {
     line: String,
 }
 
-impl Lines {
-    fn open(path: &Path) -> Result<Lines, SweepError> {
+impl ManifestLines {
+    fn open(path: &Path) -> Result<ManifestLines, SweepError> {
         let file = File::open(path).map_err(|error| SweepError::unread("manifest", path, error))?;
-        Ok(Lines {
+        Ok(ManifestLines {
             path: path.to_path_buf(),
             reader: BufReader::with_capacity(1 << 16, file),
             number: 0,
@@ -252,7 +252,7 @@ impl Lines {
 #[derive(Debug)]
 pub struct Cells {
     header: Arc<Header>,
-    lines: Lines,
+    lines: ManifestLines,
     stem: Stem,
     read: usize,
     ended: bool,
@@ -292,7 +292,7 @@ impl Manifest {
     /// A file that is none, or is of another release.
     pub fn read(path: &Path) -> Result<Manifest, SweepError> {
         Ok(Manifest {
-            header: Arc::new(Lines::open(path)?.header()?),
+            header: Arc::new(ManifestLines::open(path)?.header()?),
             path: path.to_path_buf(),
         })
     }
@@ -303,7 +303,7 @@ impl Manifest {
     /// # Errors
     /// A file that cannot be read any more, or is another one now.
     pub fn cells(&self) -> Result<Cells, SweepError> {
-        let mut lines = Lines::open(&self.path)?;
+        let mut lines = ManifestLines::open(&self.path)?;
         if lines.header()? != *self.header {
             return Err(lines.broken("the manifest has changed while it was read".to_owned()));
         }

@@ -61,6 +61,18 @@ pub struct Results {
     path: PathBuf,
     file: File,
     cut_bytes: u64,
+    /// Whether there was none before.
+    began: bool,
+}
+
+/// A file that began here and has no result is not left behind.
+impl Drop for Results {
+    fn drop(&mut self) {
+        let is_empty = self.file.metadata().is_ok_and(|about| about.len() == 0);
+        if self.began && is_empty {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
 }
 
 impl Results {
@@ -72,6 +84,7 @@ impl Results {
     /// is no result.
     pub fn open(path: &Path) -> Result<(Results, Keys), SweepError> {
         let unwritten = |error| SweepError::from(WriteError::io("write", path, error));
+        let began = !path.exists();
         let mut file = OpenOptions::new()
             .read(true)
             .append(true)
@@ -100,6 +113,7 @@ impl Results {
             path: path.to_path_buf(),
             file,
             cut_bytes: length - whole,
+            began,
         };
         Ok((results, Keys::of(done)))
     }
