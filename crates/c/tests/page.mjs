@@ -8,12 +8,19 @@ import { promisify } from "node:util";
 import assert from "node:assert/strict";
 
 const folders = process.argv.slice(2);
+// The browser prints a page once all of it is loaded: a picture that comes late gives the worker its time.
+const wait_ms = 20_000;
 const kinds = { html: "text/html", js: "text/javascript", mjs: "text/javascript", wasm: "application/wasm" };
 const server = createServer(async ({ url }, response) => {
   const name = new URL(url, "http://localhost").pathname.slice(1) || "index.html";
+  if (name === "late") {
+    setTimeout(() => response.writeHead(404).end(), wait_ms);
+    return;
+  }
   for (const folder of folders) {
-    const body = await readFile(`${folder}/${name}`).catch(() => undefined);
+    let body = await readFile(`${folder}/${name}`).catch(() => undefined);
     if (body === undefined) continue;
+    if (name === "index.html") body = String(body).replace("</body>", '<img src="late"></body>');
     response.writeHead(200, { "content-type": kinds[name.split(".").at(-1)] ?? "text/plain" }).end(body);
     return;
   }
@@ -21,8 +28,7 @@ const server = createServer(async ({ url }, response) => {
 });
 await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
 const address = `http://127.0.0.1:${server.address().port}/`;
-// Waits in the page end when its work does, however long that takes.
-const options = ["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=600000", "--dump-dom", address];
+const options = ["--headless", "--no-sandbox", "--disable-gpu", "--timeout=120000", "--dump-dom", address];
 let dumped;
 for (const browser of ["chromium", "chromium-browser", "google-chrome"]) {
   try {
