@@ -5,13 +5,16 @@ use crate::collect::{Part, collect};
 use crate::error::LogError;
 use crate::motion::{held, jumps, unwrap, wrap};
 use crate::reader::LogReader;
-use crate::roles::{Assigned, ColumnSpec, Role, assign};
+use crate::roles::{Assigned, ColumnSpec, Role, TAKEN_FOR_SECONDS, assign};
 use crate::source::{Format, Header, ReadOptions};
 use crate::unit::{Quantity, Unit};
 use std::io::BufRead;
 
 /// Fewest rows of a log: velocity and acceleration are taken by differences.
 pub(crate) const FEWEST_ROWS: usize = 3;
+/// Time between rows, s, from which on times without a unit are not taken for seconds. A choice: a drive is
+/// not identified from ten values a second, and milliseconds as seconds are far above.
+const SLOWEST_GUESSED_S: f64 = 0.1;
 /// Most rows that are taken where the caller does not say otherwise. A choice: a log of any size is
 /// read and fitted in 64 MiB.
 pub(crate) const DEFAULT_ROWS: usize = 200_000;
@@ -170,6 +173,17 @@ pub fn read_axis(
             what,
             format!("at least {FEWEST_ROWS} are needed"),
         ));
+    }
+    let apart_s = track.time_s.last().unwrap_or(&0.0) - track.time_s.first().unwrap_or(&0.0);
+    let apart_s = apart_s / (track.len() - 1) as f64;
+    let guessed = header
+        .said
+        .iter()
+        .find(|said| said.ends_with(TAKEN_FOR_SECONDS));
+    if let Some(guessed) = guessed.filter(|_| apart_s > SLOWEST_GUESSED_S) {
+        let what = format!("{guessed}, and its rows would be {apart_s:.3} s apart");
+        let hint = "give it: --column time=NAME,unit=ms, or unit=s if that is right";
+        return Err(LogError::file(name, what, hint));
     }
     let mut log = AxisLog {
         format: header.format,

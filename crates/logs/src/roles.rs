@@ -250,6 +250,9 @@ pub(crate) fn period_s(names: &[String], options: &ReadOptions) -> Result<f64, R
     })
 }
 
+/// What is said of a column of times whose unit is not told.
+pub(crate) const TAKEN_FOR_SECONDS: &str = "is taken for seconds: its unit is not told";
+
 /// The unit of a column of times: as the caller, the log (`told`) or the name tells it.
 pub(crate) fn time_unit(
     name: &str,
@@ -261,9 +264,7 @@ pub(crate) fn time_unit(
     let unit = match told.or_else(|| Unit::in_name(name)) {
         Some(unit) => unit,
         None => {
-            said.push(format!(
-                "`{name}` is taken for seconds: its unit is not told"
-            ));
+            said.push(format!("`{name}` {TAKEN_FOR_SECONDS}"));
             Unit::S
         }
     };

@@ -200,3 +200,22 @@ fn a_torque_in_lower_case_newton_metres_is_none_in_nanometres() {
     let log = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap();
     assert!((log.motor[1] - 1e-3).abs() < 1e-15);
 }
+
+#[test]
+fn times_that_would_be_far_apart_need_a_unit() {
+    let text = "time,motor_mm\n0,0\n1,0.1\n2,0.2\n3,0.3\n";
+    let error = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("its unit is not told, and its rows would be 1.000 s apart"),
+        "{error}"
+    );
+    for (unit, worth) in [("ms", 1e-3), ("s", 1.0)] {
+        let options = AxisOptions {
+            columns: vec![format!("time=time,unit={unit}").parse().unwrap()],
+            ..AxisOptions::default()
+        };
+        let log = read_axis(text.as_bytes(), "log", &options).unwrap();
+        assert_eq!(log.time_s[3], 3.0 * worth);
+    }
+}
