@@ -48,6 +48,8 @@ mod mcap;
 #[cfg(feature = "mcap")]
 mod mcap_records;
 mod motion;
+#[cfg(any(feature = "mcap", feature = "parquet"))]
+mod packed;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "parquet")]

@@ -2,6 +2,7 @@
 //! are packed (the format's specification, version 0).
 
 use crate::error::LogError;
+use crate::packed::Packing;
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Read};
 use std::sync::Arc;
@@ -242,23 +243,19 @@ impl<R: BufRead> Records<R> {
         self.at = 0;
         // One byte more tells a chunk that is larger than it says.
         let most = size + 1;
-        let unpacked = match packing.as_str() {
-            "" => packed.take(most).read_to_end(&mut self.chunk),
-            "lz4" => lz4_flex::frame::FrameDecoder::new(packed)
-                .take(most)
-                .read_to_end(&mut self.chunk),
-            "zstd" => {
-                let window = (self.most as u64).max(1 << 10);
-                match ruzstd::decoding::StreamingDecoder::new_with_max_window_size(packed, window) {
-                    Ok(decoder) => decoder.take(most).read_to_end(&mut self.chunk),
-                    Err(error) => Err(io::Error::other(error.to_string())),
-                }
-            }
+        let packing = match packing.as_str() {
+            "" => None,
+            "lz4" => Some(Packing::Lz4),
+            "zstd" => Some(Packing::Zstd),
             other => {
                 let what = format!("a chunk is compressed with `{other}`");
                 let hint = "lz4 and zstd are read: write it with one of them, or without";
                 return Err(LogError::file(&self.name, what, hint));
             }
+        };
+        let unpacked = match packing {
+            None => packed.take(most).read_to_end(&mut self.chunk),
+            Some(packing) => packing.unpack(packed, (most, self.most), &mut self.chunk),
         };
         if let Err(error) = unpacked {
             return Err(self.damaged(&format!("a chunk cannot be unpacked: {error}")));

@@ -5,6 +5,7 @@
 //! held against what is there. Its zstd is C, and its gzip unpacks without a limit: both are unpacked
 //! here, too.
 
+use crate::packed::Packing;
 use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, Type as Physical};
 use parquet::column::page::{Page, PageReader};
@@ -12,7 +13,6 @@ use parquet::errors::ParquetError;
 use parquet::file::metadata::ColumnChunkMetaData;
 use parquet::file::serialized_reader::SerializedPageReader;
 use std::collections::VecDeque;
-use std::io::{self, Read};
 use std::sync::Arc;
 
 /// Bytes that a value of a page takes while it waits.
@@ -29,38 +29,18 @@ fn short() -> ParquetError {
     damaged("a page is shorter than its values")
 }
 
-/// How pages are packed that are unpacked here.
-#[derive(Clone, Copy, PartialEq)]
-enum Packing {
-    Gzip,
-    Zstd,
-}
-
-impl Packing {
-    /// The bytes of a page; `most`: more are refused.
-    fn unpacked(self, packed: &[u8], most: usize) -> Result<Vec<u8>, ParquetError> {
-        let mut bytes = Vec::new();
-        let limit = most as u64 + 1;
-        let unpacked = match self {
-            Packing::Gzip => flate2::read::MultiGzDecoder::new(packed)
-                .take(limit)
-                .read_to_end(&mut bytes),
-            Packing::Zstd => {
-                let window = (most as u64).max(1 << 10);
-                match ruzstd::decoding::StreamingDecoder::new_with_max_window_size(packed, window) {
-                    Ok(decoder) => decoder.take(limit).read_to_end(&mut bytes),
-                    Err(error) => Err(io::Error::other(error.to_string())),
-                }
-            }
-        };
-        unpacked.map_err(|error| damaged(format!("a page cannot be unpacked: {error}")))?;
-        if bytes.len() > most {
-            return Err(damaged(format!(
-                "a page of more than {most} bytes; allow more with --max-memory-mb"
-            )));
-        }
-        Ok(bytes)
+/// The bytes of a page; more than `most` are refused.
+fn unpacked(packing: Packing, packed: &[u8], most: usize) -> Result<Vec<u8>, ParquetError> {
+    let mut bytes = Vec::new();
+    packing
+        .unpack(packed, (most as u64 + 1, most), &mut bytes)
+        .map_err(|error| damaged(format!("a page cannot be unpacked: {error}")))?;
+    if bytes.len() > most {
+        return Err(damaged(format!(
+            "a page of more than {most} bytes; allow more with --max-memory-mb"
+        )));
     }
+    Ok(bytes)
 }
 
 /// The values of one column of a row group, page by page.
@@ -114,7 +94,7 @@ impl Pages {
     fn unpacked(&self, bytes: Bytes) -> Result<Bytes, ParquetError> {
         match self.packing {
             Some(packing) if !bytes.is_empty() => {
-                Ok(packing.unpacked(&bytes, self.most_bytes)?.into())
+                Ok(unpacked(packing, &bytes, self.most_bytes)?.into())
             }
             _ => Ok(bytes),
         }
@@ -448,14 +428,10 @@ mod tests {
         );
         for (packing, packed) in [(Packing::Gzip, gzip), (Packing::Zstd, zstd)] {
             assert!(packed.len() < 1 << 12, "{}", packed.len());
-            assert_eq!(packing.unpacked(&packed, 1 << 20).unwrap(), zeros);
-            let said = packing.unpacked(&packed, (1 << 20) - 1).unwrap_err();
+            assert_eq!(unpacked(packing, &packed, 1 << 20).unwrap(), zeros);
+            let said = unpacked(packing, &packed, (1 << 20) - 1).unwrap_err();
             assert!(said.to_string().contains("--max-memory-mb"), "{said}");
-            assert!(
-                packing
-                    .unpacked(&packed[..packed.len() / 2], 1 << 20)
-                    .is_err()
-            );
+            assert!(unpacked(packing, &packed[..packed.len() / 2], 1 << 20).is_err());
         }
     }
 
