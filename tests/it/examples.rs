@@ -1,6 +1,7 @@
-//! The examples are run as a reader would run them, and print what they say at their end.
+//! The examples print what they say at their end.
 
-use std::path::Path;
+use std::env::consts::EXE_EXTENSION;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const EXAMPLES: &[&str] = &[
@@ -33,34 +34,60 @@ fn promised(source: &str) -> String {
     lines.lines().map(|line| text(line) + "\n").collect()
 }
 
-/// Runs cargo in the repository and gives what it prints.
-fn cargo(args: &[&str]) -> String {
-    let output = Command::new(env!("CARGO"))
-        .args(args)
-        .args(["--quiet", "--offline", "--features", "fit,report"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("cargo runs");
+/// The folder of the compiled examples.
+///
+/// They are compiled together with those of the whole workspace, as `cargo test --workspace` has done: for
+/// one package alone the features of its dependencies are others, and all would be compiled once more.
+fn compiled() -> PathBuf {
+    let test = std::env::current_exe().expect("the path of this test");
+    let folder = test.ancestors().nth(2).expect("deps below a profile");
+    let target = folder.parent().expect("profiles below the target");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
+        .args(["build", "--workspace", "--examples", "--quiet", "--offline"])
+        .arg("--target-dir")
+        .arg(target)
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
+    if folder.ends_with("release") {
+        cargo.arg("--release");
+    }
+    let output = cargo.output().expect("cargo runs");
     assert!(
         output.status.success(),
-        "{args:?}: {}",
+        "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    String::from_utf8(output.stdout).expect("text")
+    folder.join("examples")
+}
+
+/// Runs an example in the repository and gives what it prints.
+fn printed(example: &Path) -> String {
+    let output = Command::new(example)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the example runs");
+    assert!(
+        output.status.success(),
+        "{}: {}",
+        example.display(),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let text = String::from_utf8(output.stdout).expect("text");
+    text.lines()
+        .map(|line| format!("{}\n", line.trim_start_matches(' ')))
+        .collect()
 }
 
 #[test]
 fn examples_print_what_they_say() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let compiled = compiled();
     // All of them, so that one run tells every example whose figures have moved.
     let mut wrong = Vec::new();
     for name in EXAMPLES {
         let path = folder.join(format!("{name}.rs"));
         let source = std::fs::read_to_string(&path).expect("an example");
-        let printed: String = cargo(&["run", "--example", name])
-            .lines()
-            .map(|line| format!("{}\n", line.trim_start_matches(' ')))
-            .collect();
+        let printed = printed(&compiled.join(name).with_extension(EXE_EXTENSION));
         let promised = promised(&source);
         if printed != promised {
             wrong.push(format!("{name} prints\n{printed}and promises\n{promised}"));

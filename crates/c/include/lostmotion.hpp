@@ -20,6 +20,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -82,7 +83,8 @@ template <typename T, LmStatus (*Free)(T *)> class Handle {
     Handle(Handle &&other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
     Handle &operator=(Handle &&other) noexcept
     {
-        std::swap(handle_, other.handle_);
+        Handle taken(std::move(other));
+        std::swap(handle_, taken.handle_);
         return *this;
     }
     Handle(const Handle &) = delete;
@@ -343,10 +345,16 @@ class Simulation : public Handle<LmSimulation, lm_simulation_free> {
         return *this;
     }
 
-    Simulation &set(const std::string &key, double number)
+    template <typename N, std::enable_if_t<std::is_arithmetic_v<N>, int> = 0>
+    Simulation &set(const std::string &key, N number)
     {
-        check(lm_simulation_set(get(), key.c_str(), number));
+        check(lm_simulation_set(get(), key.c_str(), static_cast<double>(number)));
         return *this;
+    }
+
+    Simulation &set(const std::string &key, const std::string &text)
+    {
+        return set(key, text.c_str());
     }
 
     Simulation &set(const std::string &key, const char *text)
@@ -369,21 +377,21 @@ class Simulation : public Handle<LmSimulation, lm_simulation_free> {
 
     Simulation &on_progress(std::function<bool(const LmProgress &)> told)
     {
-        callbacks_->progress = std::move(told);
+        callbacks().progress = std::move(told);
         check(lm_simulation_on_progress(
             get(),
             [](void *user, const LmProgress *progress) noexcept {
                 auto &callbacks = *static_cast<Callbacks *>(user);
                 return callbacks.guarded([&] { return callbacks.progress(*progress); });
             },
-            callbacks_.get()));
+            &callbacks()));
         return *this;
     }
 
     Simulation &
     on_contour(std::function<bool(std::size_t, const LmContourSample *, std::size_t)> told)
     {
-        callbacks_->contour = std::move(told);
+        callbacks().contour = std::move(told);
         check(lm_simulation_on_contour(
             get(),
             [](void *user, std::size_t method, const LmContourSample *samples,
@@ -391,33 +399,33 @@ class Simulation : public Handle<LmSimulation, lm_simulation_free> {
                 auto &callbacks = *static_cast<Callbacks *>(user);
                 return callbacks.guarded([&] { return callbacks.contour(method, samples, count); });
             },
-            callbacks_.get()));
+            &callbacks()));
         return *this;
     }
 
     Simulation &on_blocks(std::function<bool(std::size_t, const LmBlock *, std::size_t)> told)
     {
-        callbacks_->blocks = std::move(told);
+        callbacks().blocks = std::move(told);
         check(lm_simulation_on_blocks(
             get(),
             [](void *user, std::size_t method, const LmBlock *blocks, std::size_t count) noexcept {
                 auto &callbacks = *static_cast<Callbacks *>(user);
                 return callbacks.guarded([&] { return callbacks.blocks(method, blocks, count); });
             },
-            callbacks_.get()));
+            &callbacks()));
         return *this;
     }
 
     Simulation &on_plan(std::function<bool(const LmPlanSample *, std::size_t)> told)
     {
-        callbacks_->plan = std::move(told);
+        callbacks().plan = std::move(told);
         check(lm_simulation_on_plan(
             get(),
             [](void *user, const LmPlanSample *samples, std::size_t count) noexcept {
                 auto &callbacks = *static_cast<Callbacks *>(user);
                 return callbacks.guarded([&] { return callbacks.plan(samples, count); });
             },
-            callbacks_.get()));
+            &callbacks()));
         return *this;
     }
 
@@ -459,9 +467,17 @@ class Simulation : public Handle<LmSimulation, lm_simulation_free> {
 
     void ended(LmStatus status)
     {
-        if (auto thrown = std::exchange(callbacks_->thrown, nullptr))
+        if (auto thrown = std::exchange(callbacks().thrown, nullptr))
             std::rethrow_exception(thrown);
         check(status);
+    }
+
+    Callbacks &callbacks()
+    {
+        /* a simulation that was moved from has none, and no handle: what is called next says so */
+        if (!callbacks_)
+            callbacks_ = std::make_unique<Callbacks>();
+        return *callbacks_;
     }
 
     /* where it is stays: the library has its address */

@@ -3,7 +3,11 @@
 #include <lostmotion.hpp>
 
 #include <cstdio>
+#include <functional>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 int main()
 {
@@ -58,6 +62,29 @@ int main()
         });
         const auto run = kept.keep_page().run();
         faults += samples < 4000 || blocks != 2 || run.page().size() < 10000;
+        /* what was moved from says so, whatever is called */
+        const std::vector<std::function<void()>> calls = {
+            [&] { again.run(); },
+            [&] { again.plan(); },
+            [&] { again.cancel(); },
+            [&] { again.set("threads", 0); },
+            [&] { again.on_progress([](const LmProgress &) { return true; }); },
+            [&] { again.on_blocks([](std::size_t, const LmBlock *, std::size_t) { return true; }); },
+        };
+        for (const auto &call : calls) {
+            try {
+                call();
+                faults++;
+            } catch (const Error &error) {
+                faults += error.status != LM_STATUS_NULL;
+            }
+        }
+        /* what is assigned to is freed with its callbacks, and the other is empty */
+        Simulation other(moved, machine);
+        other.on_progress([](const LmProgress &) { return true; });
+        kept = std::move(other);
+        faults += other.get() != nullptr;
+        kept.set("threads", 0).set("tolerance_um", 20).set("quality", std::string("fast")).run();
         faults += run.json().find("\"schema\"") == std::string::npos;
     }
     faults += lm_handles() != 0;

@@ -254,6 +254,11 @@ pub enum Cause {
     /// Current in percent of the rated one.
     #[error("the current looks like percent of the rated current; `current_a` is in A")]
     PercentOfRated,
+    /// Current in mA, in percent, or the motor of another axis.
+    #[error(
+        "the current looks like milliamperes or percent of the rated current; `current_a` is in A"
+    )]
+    CurrentUnit,
     /// Torque in the current's column.
     #[error("the current looks like a torque in N m; `current_a` is in A")]
     TorqueForCurrent,

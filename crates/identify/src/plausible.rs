@@ -16,6 +16,9 @@ use crate::{
     window::{self, WindowSample},
 };
 
+/// Peak current over the rated one that passes. A choice: drives allow three to five times the rated
+/// current; in milliamperes a hundredth of it is beyond this.
+const MOST_RATED: f64 = 10.0;
 /// Half-width of the windows here, s. A choice: long, since strokes last tenths of a second and the
 /// current is noisy.
 const HALF_WINDOW_S: f64 = 1e-2;
@@ -110,6 +113,30 @@ pub(crate) fn check(
     settings: &FitSettings,
     with_load: bool,
 ) -> Result<(), FitError> {
+    // What the motion shows comes first, since it names the unit.
+    motion(log, settings, with_load)?;
+    let Some(rated) = settings.rated_torque_nm else {
+        return Ok(());
+    };
+    let rated = rated / settings.torque_constant_nm_per_a;
+    let peak = log
+        .current()
+        .iter()
+        .fold(0.0, |most: f64, i| most.max(i.abs()));
+    if peak > MOST_RATED * rated {
+        return Err(FitError::Implausible {
+            what: format!(
+                "the current reaches {peak:.4} A, {:.1} times the rated current of the motor",
+                peak / rated
+            ),
+            cause: Cause::CurrentUnit,
+        });
+    }
+    Ok(())
+}
+
+/// What the motion shows of it.
+fn motion(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Result<(), FitError> {
     let implausible = |what: String, cause| Err(FitError::Implausible { what, cause });
     if log.period_s() > MAX_PERIOD_S {
         let what = format!("the rows are {} s apart", log.period_s());

@@ -193,6 +193,9 @@ fn format(head: &Head) -> Format {
     Format::Table
 }
 
+const UNPACK: &str = "decompress it first";
+const OTHER_TABLE: &str = "export it as CSV or Parquet";
+
 /// What is no log of numbers at all, told by name.
 fn refuse_others(name: &str, head: &[u8], seen: &Head) -> Result<(), LogError> {
     if head.is_empty() {
@@ -212,13 +215,21 @@ fn refuse_others(name: &str, head: &[u8], seen: &Head) -> Result<(), LogError> {
             "MCAP, which this build does not read",
             "build it with the feature mcap, or convert the log to CSV",
         ),
-        (b"\x1f\x8b", "compressed (gzip)", "decompress it first"),
+        (b"\x1f\x8b", "compressed (gzip)", UNPACK),
+        (b"\x28\xb5\x2f\xfd", "compressed (Zstandard)", UNPACK),
+        (b"\xfd7zXZ", "compressed (xz)", UNPACK),
+        (b"BZh", "compressed (bzip2)", UNPACK),
+        (b"ARROW1", "an Arrow (Feather) file", OTHER_TABLE),
+        (b"\x89HDF", "an HDF5 file", OTHER_TABLE),
+        (b"TDSm", "a TDMS file", OTHER_TABLE),
+        (b"SQLite format 3", "a SQLite database", OTHER_TABLE),
+        (b"#ROSBAG", "a bag of ROS 1", "convert it to MCAP"),
         (
             b"PK\x03\x04",
             "a zip archive or a spreadsheet",
             "export it as CSV",
         ),
-        (b"MATLAB 5.0", "a MATLAB file", "export it as CSV"),
+        (b"MATLAB 5.0", "a MATLAB file", OTHER_TABLE),
         (
             b"THREAD ",
             "a set-up of HALscope, not its data",

@@ -3,7 +3,6 @@
 
 use crate::error::Refusal;
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -159,7 +158,8 @@ pub(crate) fn apart<T: Send + 'static>(
         if let (Some(progress), Some(tell)) = (progress, on_progress) {
             let answer = tell.call1((progress,))?;
             // `False` alone ends a run: callbacks that answer nothing, or a number, go on.
-            if answer.is_exact_instance_of::<PyBool>() && !answer.is_truthy()? {
+            // numpy's `False` is one, too.
+            if matches!(answer.extract::<bool>(), Ok(false)) {
                 return Err(
                     Refusal::new("Cancelled", "cancelled", "the run was cancelled", "").into(),
                 );

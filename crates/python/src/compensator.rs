@@ -5,7 +5,7 @@ use crate::apart::Watch;
 use lostmotion::drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use lostmotion::methods::AxisConfig;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict};
 use pythonize::pythonize;
 use serde::de::Error as _;
 use serde::ser::Error as _;
@@ -144,10 +144,19 @@ impl Tick {
     }
 }
 
+fn no_correction(answer: &Bound<'_, PyAny>) -> PyErr {
+    let message = format!("a compensator answered {answer}, which is no correction");
+    let hint = "answer an angle in rad, a Correction, or None";
+    crate::error::Refusal::new("MethodError", "correction", message, hint).raised(answer.py())
+}
+
 /// A correction from what the user's `step` answers: nothing, an angle, or one with named parts.
 fn correction(answer: &Bound<'_, PyAny>) -> PyResult<Correction> {
     if answer.is_none() {
         return Ok(Correction::NONE);
+    }
+    if answer.is_instance_of::<PyBool>() {
+        return Err(no_correction(answer));
     }
     if let Ok(position) = answer.extract::<f64>() {
         return Ok(Correction {
@@ -155,7 +164,10 @@ fn correction(answer: &Bound<'_, PyAny>) -> PyResult<Correction> {
             ..Correction::NONE
         });
     }
-    let part = |name: &str| answer.getattr(name)?.extract::<f64>();
+    let part = |name: &str| match answer.getattr_opt(name)? {
+        Some(value) => value.extract::<f64>(),
+        None => Err(no_correction(answer)),
+    };
     Ok(Correction {
         position: part("position")?,
         velocity: part("velocity")?,

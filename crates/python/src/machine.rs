@@ -4,9 +4,10 @@ use crate::error::Refusal;
 use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, import};
 use lostmotion::sim::machine::{self, AxisReview, Change, MachineError, MachineFile};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 use pythonize::{depythonize, pythonize};
 use serde_json::Value;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// A checked machine.
@@ -25,7 +26,12 @@ fn text_of(path: &Path) -> PyResult<String> {
 
 /// A value of Python's as TOML.
 fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    let value: Value = depythonize(value).map_err(|error| {
+    // Numbers and arrays of numpy's give Python's own.
+    let plain = match value.getattr_opt("tolist")? {
+        Some(tolist) => tolist.call0()?,
+        None => value.clone(),
+    };
+    let value: Value = depythonize(&plain).map_err(|error| {
         let hint = "a value is a number, a text, a truth value or a list of these";
         Refusal::option(format!("not a value of a machine file: {error}"), hint).raised(value.py())
     })?;
@@ -34,7 +40,7 @@ fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
 }
 
 /// Changes as the reader of machines takes them.
-fn changes_of(changes: &Bound<'_, PyDict>) -> PyResult<Vec<Change>> {
+fn changes_of(changes: &Bound<'_, PyMapping>) -> PyResult<Vec<Change>> {
     let change = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String = key.extract()?;
         // JSON has no NaN: told as what it is.
@@ -48,7 +54,8 @@ fn changes_of(changes: &Bound<'_, PyDict>) -> PyResult<Vec<Change>> {
             value,
         })
     };
-    changes.iter().map(change).collect()
+    let items = changes.items()?;
+    items.iter().map(|item| change(item.extract()?)).collect()
 }
 
 #[pymethods]
@@ -102,7 +109,7 @@ impl Machine {
     }
 
     /// The machine with other values of its keys.
-    fn edit(&self, changes: &Bound<'_, PyDict>) -> PyResult<Machine> {
+    fn edit(&self, changes: &Bound<'_, PyMapping>) -> PyResult<Machine> {
         let text = self.to_toml()?;
         let changes = changes_of(changes)?;
         let machine = lostmotion::Machine::from_changed_toml(self.0.name(), &text, &changes);
@@ -127,6 +134,13 @@ impl Machine {
     #[getter]
     fn drives(&self) -> Vec<String> {
         self.0.drives()
+    }
+
+    /// Of what makes machines equal: their description.
+    fn __hash__(&self) -> PyResult<u64> {
+        let mut hasher = DefaultHasher::new();
+        self.to_toml()?.hash(&mut hasher);
+        Ok(hasher.finish())
     }
 
     fn to_toml(&self) -> PyResult<String> {

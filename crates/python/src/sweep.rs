@@ -5,7 +5,7 @@ use crate::error::Refusal;
 use crate::table::Table;
 use lostmotion::report::columns::ColumnTable;
 use lostmotion_sweep::SweepError;
-use lostmotion_sweep::batch::{Driver, work};
+use lostmotion_sweep::batch::{Driver, work, work_each};
 use lostmotion_sweep::collect::Finished;
 use lostmotion_sweep::file::SweepFile;
 use lostmotion_sweep::manifest::Manifest;
@@ -14,7 +14,7 @@ use lostmotion_sweep::plan::{Folders, plan};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 impl From<SweepError> for Refusal {
@@ -107,17 +107,28 @@ struct Stopping(Arc<AtomicBool>);
 
 impl Drop for Stopping {
     fn drop(&mut self) {
-        self.0.store(true, std::sync::atomic::Ordering::Relaxed);
+        self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// The side that has manifest and results.
+/// The side that has manifest and results, until it is closed.
 #[pyclass(frozen, module = "lostmotion")]
-pub(crate) struct SweepDriver(Mutex<Driver>);
+pub(crate) struct SweepDriver(Mutex<Option<Driver>>);
 
 impl SweepDriver {
-    fn driver(&self) -> MutexGuard<'_, Driver> {
+    fn slot(&self) -> MutexGuard<'_, Option<Driver>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does something with the driver while it is open.
+    fn with<T>(
+        &self,
+        act: impl FnOnce(&mut Driver) -> Result<T, SweepError>,
+    ) -> Result<T, Refusal> {
+        match self.slot().as_mut() {
+            Some(driver) => Ok(act(driver)?),
+            None => Err(Refusal::data("the sweep was left".to_owned(), "")),
+        }
     }
 }
 
@@ -136,39 +147,79 @@ impl SweepDriver {
         apart(py, None, move |_| {
             Ok(Driver::open(&manifest, shard, &results)?)
         })
-        .map(|driver| SweepDriver(Mutex::new(driver)))
+        .map(|driver| SweepDriver(Mutex::new(Some(driver))))
     }
 
     /// Number of cells that are to be run.
     fn __len__(&self) -> usize {
-        self.driver().len()
+        self.slot().as_ref().map_or(0, Driver::len)
     }
 
     /// What every worker needs.
     fn shared<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let shared = self.driver().shared().map_err(refused)?;
+        let shared = self.with(|driver| driver.shared())?;
         Ok(PyBytes::new(py, &shared))
     }
 
     /// Lines of the next cells, `count` at most, and the numbers of their programs.
     fn take(&self, count: usize) -> PyResult<(Vec<String>, Vec<usize>)> {
-        self.driver().take(count).map_err(refused)
+        Ok(self.with(|driver| driver.take(count))?)
     }
 
     /// The text of a program.
     fn program<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyBytes>> {
-        let text = self.driver().program(index).map_err(refused)?;
+        let text = self.with(|driver| driver.program(index))?;
         Ok(PyBytes::new(py, &text))
     }
 
     /// Keeps lines of results; gives the number without figures, and the machine time, s.
     #[expect(clippy::needless_pass_by_value, reason = "Python hands texts over")]
     fn append(&self, lines: Vec<String>) -> PyResult<(usize, f64)> {
-        self.driver().append(&lines).map_err(refused)
+        Ok(self.with(|driver| driver.append(&lines))?)
     }
 
-    /// Makes sure that everything is on the disk.
-    fn sync(&self) -> PyResult<()> {
-        self.driver().sync().map_err(refused)
+    /// Runs a batch of cells in this process and keeps each result as it is finished; gives what
+    /// `append` does. After Ctrl-C nothing is kept any more.
+    fn work(
+        slf: Py<Self>,
+        py: Python<'_>,
+        shared: Vec<u8>,
+        programs: Vec<(usize, Vec<u8>)>,
+        cells: Vec<String>,
+        threads: usize,
+    ) -> PyResult<(usize, f64)> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopping = Stopping(Arc::clone(&stop));
+        let answer = apart(py, None, move |_| {
+            let (mut failed, mut simulated_s) = (0, 0.0);
+            let mut closed = Ok(());
+            let worked = work_each(&shared, programs, &cells, threads, &stop, &mut |_, line| {
+                // Without a driver the caller has left: what is still in flight is let go.
+                match slf.get().with(|driver| driver.append(&[line])) {
+                    Ok((without, seconds)) => {
+                        failed += without;
+                        simulated_s += seconds;
+                    }
+                    Err(refusal) => {
+                        stop.store(true, Ordering::Relaxed);
+                        closed = Err(refusal);
+                    }
+                }
+                Ok(())
+            });
+            closed?;
+            worked?;
+            Ok((failed, simulated_s))
+        });
+        drop(stopping);
+        answer
+    }
+
+    /// Makes sure that everything is on the disk, and gives the files back.
+    fn close(&self) -> PyResult<()> {
+        let driver = self.slot().take();
+        driver
+            .map_or(Ok(()), |driver| driver.sync())
+            .map_err(refused)
     }
 }

@@ -408,6 +408,12 @@ impl<'a> Simulation<'a> {
                     ..checked.plan
                 };
                 feed.tell(&mut plan);
+                // What stands behind the program's end is not read.
+                audience.progress(Progress {
+                    done_bytes: feed.bytes_done().max(total_bytes),
+                    total_bytes,
+                    simulated_s: plan.duration_s,
+                })?;
                 return Ok(plan);
             }
             count += samples.len() as u64;

@@ -2,7 +2,9 @@
 //!
 //! A driver opens a [`Driver`], sends [`Driver::shared`] once to each worker, its programs once each,
 //! and lines of cells in batches; a worker answers with lines of results ([`work`]), which the driver
-//! appends. Who carries the messages is no matter of this crate.
+//! appends. A worker in the driver's own process gives each line as it is finished ([`work_each`]), so
+//! that a kill loses no more than the cells in flight. Who carries the messages is no matter of this
+//! crate.
 
 use crate::cell::CellResult;
 use crate::error::SweepError;
@@ -14,6 +16,7 @@ use crate::results::{Results, line};
 use crate::run::run_cells;
 use lostmotion_sim::Program;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -171,6 +174,27 @@ pub fn work(
     threads: usize,
     stop: &AtomicBool,
 ) -> Result<Vec<String>, SweepError> {
+    let mut by_key = HashMap::with_capacity(cells.len());
+    let keys = work_each(shared, programs, cells, threads, stop, &mut |key, line| {
+        by_key.insert(key, line);
+        Ok(())
+    })?;
+    Ok(keys.iter().filter_map(|key| by_key.remove(key)).collect())
+}
+
+/// The same; gives the keys of the cells, and `sink` takes each line as it is finished, in no particular
+/// order, on the caller's thread.
+///
+/// # Errors
+/// As [`work`]; whatever the sink answers.
+pub fn work_each(
+    shared: &[u8],
+    programs: Vec<(usize, Vec<u8>)>,
+    cells: &[String],
+    threads: usize,
+    stop: &AtomicBool,
+    sink: &mut dyn FnMut(Key, String) -> Result<(), SweepError>,
+) -> Result<Vec<Key>, SweepError> {
     let Shared {
         header,
         machines,
@@ -202,14 +226,11 @@ pub fn work(
         .map(|(name, toml)| MachineText { name, toml })
         .collect();
     let inputs = Inputs::of_parts(header, at_hand, machines, &needs, &folder)?;
-    let mut lines = Vec::with_capacity(cells.len());
     let count = cells.len();
-    let keys: Vec<Key> = cells.iter().map(|cell| cell.key).collect();
+    let keys = cells.iter().map(|cell| cell.key).collect();
     let cells = cells.into_iter().map(Ok);
     run_cells(&inputs, (cells, count), threads, stop, &mut |result, _| {
-        lines.push((result.key, line(result)?));
-        Ok(())
+        sink(result.key, line(result)?)
     })?;
-    let mut by_key: std::collections::HashMap<_, _> = lines.into_iter().collect();
-    Ok(keys.iter().filter_map(|key| by_key.remove(key)).collect())
+    Ok(keys)
 }

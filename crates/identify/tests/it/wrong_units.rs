@@ -45,6 +45,26 @@ fn a_current_in_percent() {
     assert_eq!(found, [Cause::PercentOfRated; 3]);
 }
 
+/// A motion so slow that the current hardly tells the inertia: what no motor stands does.
+#[test]
+fn a_current_in_milliamperes_of_a_slow_motion() {
+    let slow = BallScrew {
+        seconds: 20.0,
+        ..BallScrew::noisy(4)
+    };
+    let mut rows = slow.record();
+    for row in 0..rows.time_s.len() {
+        rows.time_s[row] *= 8.0;
+    }
+    scale(&mut rows.current_a, 1e3);
+    let log = slow.log(&rows).unwrap();
+    let found = fit_backlash(&log, &slow.settings());
+    let Err(error @ FitError::Implausible { .. }) = found else {
+        panic!("{found:?}");
+    };
+    assert!(error.to_string().contains("milliamperes"), "{error}");
+}
+
 #[test]
 fn positions_in_inches_or_micrometres() {
     for (factor, cause) in [(1.0 / 25.4, Cause::Inches), (1e3, Cause::Micrometres)] {

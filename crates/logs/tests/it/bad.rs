@@ -23,7 +23,15 @@ fn each_fault_has_its_place() {
         (b" \n\n".to_vec(), &["blank lines"]),
         (b"\x00\x01\x02".to_vec(), &["byte 0x00 at offset 0"]),
         (b"\xff\xfet\x00".to_vec(), &["UTF-16", "save it as UTF-8"]),
-        (b"\x1f\x8b\x08".to_vec(), &["gzip"]),
+        (b"\x1f\x8b\x08".to_vec(), &["gzip", "decompress it"]),
+        (
+            b"\x28\xb5\x2f\xfd\x04\x00".to_vec(),
+            &["Zstandard", "decompress it"],
+        ),
+        (
+            b"ARROW1\x00\x00".to_vec(),
+            &["Feather", "as CSV or Parquet"],
+        ),
         (
             b"THREAD servo-thread\nMAXCHAN 4\n".to_vec(),
             &["set-up of HALscope"],

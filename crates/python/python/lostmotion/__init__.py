@@ -121,6 +121,12 @@ def import_machine(
     are looked for beside it.
     """
     name = os.fspath(path)
-    with open(name, encoding="utf-8") as file:
-        text = file.read()
+    with open(name, "rb") as file:
+        content = file.read()
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise MachineError(
+            f"{name}: it is not UTF-8 text (byte {error.start})", code="utf-8", hint="save it as UTF-8"
+        ) from None
     return _native.import_machine(text, name, format, preset, tip, max_bytes, os.path.dirname(name) or ".")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from ._native import Machine, Progress
@@ -40,14 +41,23 @@ class Reading(TypedDict, total=False):
     """Text of a tool table in LinuxCNC's format, in place of the machine's tools."""
 
 
+def check_keywords(given: Iterable[str], known: Iterable[str]) -> None:
+    """Raises `OptionError` for a keyword that is not known."""
+    known = sorted(known)
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            # What was cut short is no typing error: `tolerance` for `tolerance_um`.
+            near = near or [word for word in known if word.startswith(name)]
+            ask = f"did you mean `{near[0]}`? " if near else ""
+            raise OptionError(
+                f'there is no keyword "{name}"', code="keyword", hint=f"{ask}known: {', '.join(known)}"
+            )
+
+
 def read_settings(reading: Mapping[str, Any]) -> dict[str, Any]:
     """The keywords of `Reading` as plain values."""
-    known = Reading.__annotations__
-    for name in reading:
-        if name not in known:
-            raise OptionError(
-                f'there is no keyword "{name}"', code="keyword", hint=f"known: {', '.join(known)}"
-            )
+    check_keywords(reading, Reading.__annotations__)
     plain = {name: value for name, value in reading.items() if value is not None}
     for name in ("accept", "refuse", "block_skips"):
         if name in plain:
@@ -80,9 +90,15 @@ def numbers(name: str, values: ArrayLike, length: int | None = None) -> bytes:
     import numpy as np
 
     try:
-        array = np.asarray(values, dtype=np.float64)
+        given = np.asanyarray(values)
+        # Of complex numbers, points in time and texts a part would be taken for the whole.
+        if given.dtype.kind in "cmMSUV":
+            raise TypeError(f"it is of type {given.dtype}")
+        array = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise DataError(f"{name} is not an array of numbers: {error}", code="dtype") from error
+    if np.ma.is_masked(given):
+        raise DataError(f"{name} has masked values", code="not-finite", hint="drop them, or fill them in before")
     if array.ndim != 1:
         raise DataError(
             f"{name} has the shape {array.shape}; it has to have one dimension",

@@ -160,8 +160,16 @@ _Log = Path | Mapping[str, "ArrayLike"]
 def _log(
     log: _Log, columns: Sequence[str], unit: str, roles: Sequence[str]
 ) -> tuple[dict[str, bytes], str] | tuple[str, Sequence[str]]:
+    if isinstance(log, (str, os.PathLike)):
+        # Python's own exceptions for files that cannot be opened.
+        with open(log, "rb"):
+            return os.fspath(log), list(columns)
     if not isinstance(log, Mapping):
-        return os.fspath(log), list(columns)
+        raise DataError(
+            f"a log is a file or a mapping of columns, not {type(log).__name__}",
+            code="log",
+            hint='of a frame: {"time_s": frame["t_s"], "motor": frame["motor_mm"], ...}',
+        )
     known = ["time_s", "motor", *roles]
     for name in log:
         if name not in known:
@@ -172,6 +180,8 @@ def _log(
     time = numbers("time_s", log["time_s"])
     count = len(time) // 8
     rest = {name: numbers(name, values, count) for name, values in log.items()}
+    if "current_a" in rest and "drive" in rest:
+        raise DataError("the log has both current_a and drive", hint="give one of them")
     drive = rest.pop("current_a", None)
     if drive is not None:
         rest["drive"] = drive
@@ -214,8 +224,8 @@ def identify(log: _Log, *, unit: str = "mm", columns: Sequence[str] = ()) -> dic
 
     ``log`` is a file, or columns of one length: ``time_s``, ``motor`` and, as far as they were
     logged, ``load`` and ``command`` (positions at the load in ``unit``) and ``drive`` (current,
-    torque or force). Answers in m or rad, s, and the unit of ``drive``: ``lost_motion``, ``body``
+    torque or force; a current may also be called ``current_a``, as in `fit`). Answers in m or rad, s, and the unit of ``drive``: ``lost_motion``, ``body``
     and ``servo``, each ``None`` where ``untold`` says why. A figure is ``value``, its standard
     ``error`` and its 95 % ``interval``.
     """
-    return _native.identify(_log(log, columns, unit, ["load", "command", "drive"]))
+    return _native.identify(_log(log, columns, unit, ["load", "command", "drive", "current_a"]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
 from ._native import Machine, Plan, Table
-from ._settings import OnProgress, Path, Reading, machine_of, read_settings
+from ._settings import OnProgress, Path, Reading, check_keywords, machine_of, read_settings
 from .compensators import CompensatorMaker
 from .errors import OptionError
 from .program import Program, program_of
@@ -55,6 +55,7 @@ class Running(Reading, total=False):
 
 def _settings(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Those of reading, and those of running."""
+    check_keywords(given, Running.__annotations__)
     own = set(Running.__annotations__) - set(Reading.__annotations__)
     running = {name: given[name] for name in given if name in own and given[name] is not None}
     reading = {name: given[name] for name in given if name not in own}

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import os
 import time
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, Literal
 
 from . import _native
@@ -52,6 +55,12 @@ def plan(file: _Path, out: _Path, *, most_cells: int | None = None) -> int:
         return _native.sweep_plan(text.read(), file, out, most_cells)
 
 
+def _there(manifest: _Path) -> Path:
+    """The path of a file that can be opened; Python's own exceptions where it cannot."""
+    with open(manifest, "rb"):
+        return Path(manifest)
+
+
 def _results_path(manifest: Path, shard: str) -> Path:
     """The file that ``study sweep run`` takes when none is named."""
     stem = manifest.name.removesuffix(".jsonl")
@@ -66,7 +75,7 @@ def collect(manifest: _Path, results: _Path | list[_Path] | None = None) -> Tabl
     ``results`` are files of results; if left out those that ``run`` names after the manifest. Cells
     that have no result yet are missing from the table and told by a warning of Python's.
     """
-    path = Path(manifest)
+    path = _there(manifest)
     if results is None:
         stem = path.name.removesuffix(".jsonl")
         found = [*path.parent.glob(f"{stem}.results.jsonl"), *path.parent.glob(f"{stem}.results-*.jsonl")]
@@ -118,16 +127,16 @@ def run(
     if engine not in ("local", "ray"):
         raise OptionError(f'there is no engine "{engine}"', code="option", hint="known: local, ray")
     ray = _ray() if engine == "ray" else None
-    path = Path(manifest)
+    path = _there(manifest)
     driver = _native.SweepDriver(path, shard, _results_path(path, shard) if out is None else out)
     count = _Count(len(driver), on_progress)
     batches = _Batches(driver, batch_s)
     try:
         answers = _local(batches, threads) if ray is None else _on_ray(ray, batches, in_flight, retries)
-        for lines in answers:
-            count.add(len(lines), *driver.append(lines))
+        for answer in answers:
+            count.add(*answer)
     finally:
-        driver.sync()
+        driver.close()
     return count.progress
 
 
@@ -179,16 +188,20 @@ class _Batches:
         return batch if batch[0] else None
 
 
-def _local(batches: _Batches, threads: int) -> Iterator[list[str]]:
+# Of each batch that is done and kept: its cells, those without figures, the machine time, s.
+_Answer = tuple[int, int, float]
+
+
+def _local(batches: _Batches, threads: int) -> Iterator[_Answer]:
     cores = threads or os.cpu_count() or 1
     shared = batches.driver.shared()
     while (batch := batches.take(cores)) is not None:
         cells, programs = batch
         texts = [(index, batches.driver.program(index)) for index in programs]
         began = time.monotonic()
-        lines = _native.sweep_work(shared, texts, cells, threads)
+        failed, simulated_s = batches.driver.work(shared, texts, cells, threads)
         batches.took(len(cells), cores * (time.monotonic() - began))
-        yield lines
+        yield len(cells), failed, simulated_s
 
 
 def _work(shared: bytes, numbers: list[int], cells: list[str], *programs: bytes) -> tuple[list[str], float]:
@@ -199,19 +212,18 @@ def _work(shared: bytes, numbers: list[int], cells: list[str], *programs: bytes)
     return lines, time.monotonic() - began
 
 
-def _on_ray(ray: Any, batches: _Batches, in_flight: int | None, retries: int) -> Iterator[list[str]]:
+def _on_ray(ray: Any, batches: _Batches, in_flight: int | None, retries: int) -> Iterator[_Answer]:
     if not ray.is_initialized():
         ray.init(log_to_driver=False)
     task = ray.remote(num_cpus=1, max_retries=retries)(_work)
     shared = ray.put(batches.driver.shared())
     texts: dict[int, Any] = {}
-    # Each with its number of cells and of its first program.
-    flying: dict[Any, tuple[int, int]] = {}
+    flying = _Flying()
+    cores = _Cores(ray)
     left = True
     try:
-        while left or flying:
-            most = in_flight or max(2 * int(ray.cluster_resources().get("CPU", 1)), 2)
-            while left and len(flying) < most:
+        while left or flying.batches:
+            while left and len(flying.batches) < (in_flight or 2 * cores.now()):
                 batch = batches.take()
                 if batch is None:
                     left = False
@@ -221,30 +233,70 @@ def _on_ray(ray: Any, batches: _Batches, in_flight: int | None, retries: int) ->
                     if index not in texts:
                         texts[index] = ray.put(batches.driver.program(index))
                 reference = task.remote(shared, programs, cells, *(texts[index] for index in programs))
-                flying[reference] = (len(cells), programs[0])
+                flying.add(reference, len(cells), programs[0])
                 # Cells come program by program: what none in flight needs is let go.
-                oldest = min(program for _, program in flying.values())
-                for index in [index for index in texts if index < oldest]:
+                for index in [index for index in texts if index < flying.first_program()]:
                     del texts[index]
-            if not flying:
+            if not flying.batches:
                 break
-            done, _ = ray.wait(list(flying), num_returns=1)
-            for reference in done:
-                cells_done, _ = flying.pop(reference)
-                try:
-                    lines, seconds = ray.get(reference)
-                except ray.exceptions.RayTaskError as error:
-                    # What the task itself raised, as it would be raised here.
-                    cause = getattr(error, "cause", None)
-                    raise cause if isinstance(cause, Error) else error from None
-                except ray.exceptions.RayError as error:
-                    raise Error(
-                        f"a batch of {cells_done} cells was lost with its worker {retries + 1} times: {error}",
-                        code="worker-lost",
-                        hint="run again to go on; retries allows more",
-                    ) from error
-                batches.took(cells_done, seconds)
-                yield lines
+            cells_done, answer = flying.wait()
+            try:
+                lines, seconds = answer.result()
+            except ray.exceptions.RayTaskError as error:
+                # What the task itself raised, as it would be raised here.
+                cause = getattr(error, "cause", None)
+                raise cause if isinstance(cause, Error) else error from None
+            except ray.exceptions.RayError as error:
+                raise Error(
+                    f"a batch of {cells_done} cells was lost with its worker {retries + 1} times: {error}",
+                    code="worker-lost",
+                    hint="run again to go on; retries allows more",
+                ) from error
+            batches.took(cells_done, seconds)
+            yield len(lines), *batches.driver.append(lines)
     finally:
-        for reference in flying:
+        for reference, _, _ in flying.batches.values():
             ray.cancel(reference, force=True)
+
+
+class _Flying:
+    """Batches in flight. However many there are, adding one and waiting for one costs the same."""
+
+    def __init__(self) -> None:
+        # Each with its number of cells and of its first program, in the order in which they began.
+        self.batches: OrderedDict[int, tuple[Any, int, int]] = OrderedDict()
+        self._ended: SimpleQueue[tuple[int, Future[Any]]] = SimpleQueue()
+        self._begun = 0
+
+    def add(self, reference: Any, cells: int, program: int) -> None:
+        number = self._begun
+        self._begun += 1
+        self.batches[number] = (reference, cells, program)
+        # Told by a thread of Ray's.
+        reference.future().add_done_callback(lambda future: self._ended.put((number, future)))
+
+    def first_program(self) -> int:
+        """Of the batch that began first: programs come in order."""
+        return next(iter(self.batches.values()))[2]
+
+    def wait(self) -> tuple[int, Future[Any]]:
+        """The cells and the answer of the next that ends."""
+        number, answer = self._ended.get()
+        _, cells, _ = self.batches.pop(number)
+        return cells, answer
+
+
+class _Cores:
+    """Cores of the cluster, which may grow and shrink; asked for once a second."""
+
+    def __init__(self, ray: Any) -> None:
+        self._ray = ray
+        self._cores = 1
+        self._asked: float | None = None
+
+    def now(self) -> int:
+        now = time.monotonic()
+        if self._asked is None or now - self._asked >= 1.0:
+            self._cores = max(int(self._ray.cluster_resources().get("CPU", 1)), 1)
+            self._asked = now
+        return self._cores

@@ -258,12 +258,16 @@ fn siemens(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
         }
         pulse(p, axis, &ax);
     }
+    if method != "actual-value" {
+        p.note("blocks within one interpolation cycle are simulated with the whole pulse; where it overcompensates them, a smaller MD32580 has to be found on the machine");
+    }
     p.needs("the axes are referenced: the compensation is active only behind it");
     p.needs("index 0 is the measuring system that closes the position loop; MD32452 BACKLASH_FACTOR is 1");
     p.needs("axes are AX1, AX2, ... in the order of the machine description; a reset of the NCK makes the data active");
 }
 
-/// Friction compensation of an axis: the pulse, and its curve over the acceleration.
+/// Friction compensation of an axis: the pulse, and its curve over the acceleration. A block within one
+/// interpolation cycle gets the whole pulse, as simulated.
 fn pulse(p: &mut Parameters, axis: &ToldAxis, ax: &str) {
     let pulse = axis.config.compensation.decaying_pulse;
     // mm/min and m/s2 for linear axes, rev/min and rev/s2 for rotary ones.
@@ -330,6 +334,9 @@ fn pulse(p: &mut Parameters, axis: &ToldAxis, ax: &str) {
     let time = short(pulse.time_ms * 1e-3, 4);
     let meaning = "time constant of the pulse";
     all.push((32540, "FRICT_COMP_TIME", time, "s", meaning));
+    let meaning = "of the height, in blocks within one interpolation cycle";
+    let whole = "100".to_owned();
+    all.push((32580, "FRICT_COMP_INC_FACTOR", whole, "%", meaning));
     all.sort_by_key(|row| row.0);
     for (number, name, value, unit, meaning) in all {
         let index = if matches!(number, 32490 | 32500 | 32510) {

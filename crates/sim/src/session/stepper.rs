@@ -333,7 +333,12 @@ impl Stepper {
         }
         self.count += chunk.samples.len() as Tick;
         chunk.progress = Progress {
-            done_bytes: planned.bytes_done,
+            // What stands behind the program's end is not read.
+            done_bytes: if chunk.over {
+                planned.bytes_done.max(self.total_bytes)
+            } else {
+                planned.bytes_done
+            },
             total_bytes: self.total_bytes,
             simulated_s: self.command.seconds(self.count),
         };
