@@ -34,8 +34,11 @@ fn ticks_are_those_of_the_library() {
         1.0 / config.transmission.motor_rad_per_unit(),
     );
     let handle = machine();
-    for method in ["none", "fixed", "published", "adaptive"] {
-        let name = std::ffi::CString::new(method).unwrap();
+    let methods = ["none", "fixed", "published", "adaptive"];
+    // The border is the same for all of them.
+    let methods = &methods[..if cfg!(miri) { 2 } else { 4 }];
+    for method in methods {
+        let name = std::ffi::CString::new(*method).unwrap();
         let mut axis = ptr::null_mut();
         // SAFETY: texts with their zeros, and room for the handle.
         let status =

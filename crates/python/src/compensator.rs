@@ -5,7 +5,7 @@ use crate::apart::Watch;
 use lostmotion::drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use lostmotion::methods::AxisConfig;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
+use pyo3::types::{PyDict, PyFloat};
 use pythonize::pythonize;
 use serde::de::Error as _;
 use serde::ser::Error as _;
@@ -155,10 +155,11 @@ fn correction(answer: &Bound<'_, PyAny>) -> PyResult<Correction> {
     if answer.is_none() {
         return Ok(Correction::NONE);
     }
-    if answer.is_instance_of::<PyBool>() {
-        return Err(no_correction(answer));
-    }
     if let Ok(position) = answer.extract::<f64>() {
+        // Truth values are numbers to Python, and no angles.
+        if !answer.is_instance_of::<PyFloat>() && answer.extract::<bool>().is_ok() {
+            return Err(no_correction(answer));
+        }
         return Ok(Correction {
             position,
             ..Correction::NONE

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import lostmotion
@@ -75,7 +77,14 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
             call()
     with pytest.raises(OSError):
         lostmotion.Program.from_file(tmp_path)
-    refused(lostmotion.DataError, lambda: lostmotion.fit(tmp_path / "no.csv"))
+    for reads in (
+        lambda: lostmotion.fit(tmp_path / "no.csv"),
+        lambda: lostmotion.identify(tmp_path / "no.csv"),
+        lambda: lostmotion.sweep.run(tmp_path / "no.jsonl"),
+        lambda: lostmotion.sweep.collect(tmp_path / "no.jsonl"),
+    ):
+        with pytest.raises(FileNotFoundError):
+            reads()
 
 
 @pytest.mark.parametrize(
@@ -101,7 +110,8 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
         ({"interventions": [(-1.0, "hold")]}, ""),
         ({"subroutines": ["/no/such/folder"]}, "/no/such/folder"),
         ({"max_duration_s": 0.5}, "longer than"),
-        ({"tolerance": 1.0}, 'there is no keyword "tolerance"'),
+        ({"tolerance": 1.0}, 'there is no keyword "tolerance"\nhint: did you mean `tolerance_um`?'),
+        ({"treads": 1}, "did you mean `threads`?"),
         ({"methods": "none"}, "has to be a list"),
         ({"methods": ["none", "none"]}, "twice"),
         ({"method": "none", "methods": ["none"]}, "both"),
@@ -110,6 +120,17 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 def test_settings(settings: dict[str, Any], told: str) -> None:
     error = refused(lostmotion.OptionError, lambda: lostmotion.simulate(SLOT, **settings))
     assert told in str(error)
+
+
+@pytest.mark.parametrize("answer", [True, np.True_, "half", (0.1, 0.0), np.zeros(2), object()])
+def test_what_is_no_correction(answer: Any) -> None:
+    class Own:
+        def __init__(self, facts: Any) -> None: ...
+        def step(self, tick: Any) -> Any:
+            return answer
+
+    error = refused(lostmotion.MethodError, lambda: lostmotion.simulate(SLOT, compensators={"own": Own}))
+    assert error.code == "correction" and "an angle in rad" in error.hint
 
 
 def test_methods() -> None:
@@ -128,6 +149,10 @@ def test_methods() -> None:
         ([0.0, float("inf")], "not-finite"),
         (["a", "b"], "dtype"),
         ([[0.0], [1.0, 2.0]], "dtype"),
+        (["0.0", "1.0"], "dtype"),
+        ([0.0, 1.0j], "dtype"),
+        (np.array(["2026-01-01", "2026-01-02"], dtype="datetime64[s]"), "dtype"),
+        (np.ma.masked_greater([0.0, 1.0], 0.5), "not-finite"),
         (None, "shape"),
     ],
 )
@@ -163,7 +188,25 @@ def test_columns_of_other_lengths() -> None:
     assert str(error)
 
 
+def test_logs_of_other_kinds() -> None:
+    others: list[Any] = [None, 3, np.zeros((3, 4)), pd.DataFrame({"time_s": [0.0]})]
+    for other in others:
+        error = refused(lostmotion.DataError, partial(lostmotion.fit, other))
+        assert type(other).__name__ in str(error) and "time_s" in error.hint
+    log = {"time_s": [0.0, 1e-3], "motor": [0.0, 0.0], "current_a": [0.0, 0.0]}
+    error = refused(lostmotion.DataError, lambda: lostmotion.identify({**log, "drive": [0.0, 0.0]}))
+    assert "both current_a and drive" in str(error)
+    # What `fit` takes, `identify` takes.
+    assert "no column" not in str(refused(lostmotion.DataError, lambda: lostmotion.identify(log)))
+
+
 def test_units() -> None:
+    places = 8.0 * np.sin(3.0 * np.arange(8000) * 1e-3)
+    trace = lostmotion.Axis(lostmotion.Machine.preset("vmc3-worn"), "x").push(places)
+    slow = {"time_s": trace["t_s"], "motor": trace["motor_mm"], "load": trace["load_mm"]}
+    milli = {**slow, "current_a": 1e3 * trace["current_a"]}
+    error = refused(lostmotion.DataError, lambda: lostmotion.fit(milli, "vmc3-worn:x"))
+    assert "milliamperes" in str(error)
     time = np.arange(100) * 1e-3
     log = {"time_s": time, "motor": time, "load": time, "current_a": time}
     error = refused(lostmotion.DataError, lambda: lostmotion.fit(log, unit="inch"))
@@ -203,6 +246,9 @@ def test_imports(tmp_path: Path) -> None:
     assert "lead_mm = 40.0 # [stepper_x] rotation_distance" in stepper.toml
     assert "lead_mm = 16.0" in lostmotion.import_machine(printer, preset="vmc3").toml
     refused(lostmotion.MachineError, lambda: lostmotion.import_machine(printer, max_bytes=10))
+    printer.write_bytes("[printer] # Größe\n".encode("latin-1"))
+    error = refused(lostmotion.MachineError, lambda: lostmotion.import_machine(printer))
+    assert "not UTF-8 text (byte 14)" in str(error)
     odd = tmp_path / "odd.xyz"
     odd.write_text("nothing")
     assert refused(lostmotion.MachineError, lambda: lostmotion.import_machine(odd)).code == "format"

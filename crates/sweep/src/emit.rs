@@ -139,8 +139,10 @@ hq submit --wait --name lostmotion-sweep --array 1-{shards} --cpus {cores} --cra
             )
         ),
         Scheduler::Dask => format!(
-            "# Dask: python THIS_FILE tcp://SCHEDULER:8786; workers share the folder of the manifest.
+            "# Dask: python THIS_FILE tcp://SCHEDULER:8786, in the folder of the manifest, which workers share.
+# A worker runs a shard for each of its threads: --nthreads of its cores divided by {cores}.
 # Then: lostmotion study sweep collect {manifest} --out table.parquet
+import os
 import subprocess
 import sys
 
@@ -150,17 +152,18 @@ MANIFEST = {}
 SHARDS = {shards}
 
 
-def shard(index: int) -> int:
+def shard(index: int, folder: str) -> int:
     command = [\"lostmotion\", \"--quiet\", \"study\", \"sweep\", \"run\", MANIFEST]
-    code = subprocess.call(command + [\"--shard\", f\"{{index}}/{{SHARDS}}\", \"--threads\", \"{cores}\"])
-    if code > 1:  # 1: cells that cannot be run, which are results
-        raise RuntimeError(f\"shard {{index}} ended with exit code {{code}}\")
-    return code
+    command += [\"--shard\", f\"{{index}}/{{SHARDS}}\", \"--threads\", \"{cores}\"]
+    run = subprocess.run(command, cwd=folder, stderr=subprocess.PIPE, text=True)
+    if run.returncode not in (0, 1):  # 1: cells that cannot be run, which are results
+        raise RuntimeError(f\"shard {{index}}: exit code {{run.returncode}}: {{run.stderr}}\")
+    return run.returncode
 
 
 if __name__ == \"__main__\":
     client = Client(sys.argv[1])
-    tasks = client.map(shard, range(1, SHARDS + 1), retries=3, pure=False)
+    tasks = client.map(shard, range(1, SHARDS + 1), folder=os.getcwd(), retries=3, pure=False)
     for done, task in enumerate(as_completed(tasks), 1):
         task.result()
         print(f\"{{done}} of {{SHARDS}} shards\")
@@ -169,7 +172,8 @@ if __name__ == \"__main__\":
         ),
         Scheduler::Kubernetes => format!(
             "# Kubernetes: kubectl apply -f THIS_FILE. The claim `sweep` holds the folder of the manifest,
-# and all that it names; the image has the program lostmotion.
+# and all that it names: ReadWriteMany where nodes share it. The image has the program lostmotion.
+# Kubernetes 1.29 or newer (backoffLimitPerIndex).
 apiVersion: batch/v1
 kind: Job
 metadata:

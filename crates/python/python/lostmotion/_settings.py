@@ -98,7 +98,9 @@ def numbers(name: str, values: ArrayLike, length: int | None = None) -> bytes:
     except (TypeError, ValueError) as error:
         raise DataError(f"{name} is not an array of numbers: {error}", code="dtype") from error
     if np.ma.is_masked(given):
-        raise DataError(f"{name} has masked values", code="not-finite", hint="drop them, or fill them in before")
+        raise DataError(
+            f"{name} has masked values", code="not-finite", hint="drop them, or fill them in before"
+        )
     if array.ndim != 1:
         raise DataError(
             f"{name} has the shape {array.shape}; it has to have one dimension",
