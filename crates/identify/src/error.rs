@@ -309,6 +309,11 @@ impl FitError {
 }
 
 impl Cause {
+    /// Whether a unit is named, though another axis could look the same.
+    pub const fn names_a_unit(&self) -> bool {
+        !matches!(self, Cause::OtherAxis)
+    }
+
     /// Whether the columns are mistaken whatever axis they are of: signs, columns exchanged, or a
     /// factor that no wrong description comes near. Smaller factors may be another inertia, and rows
     /// far apart a slow log.
@@ -320,6 +325,7 @@ impl Cause {
                 | Cause::ColumnUnits
                 | Cause::SwappedColumns
                 | Cause::MixedColumns
+                | Cause::CurrentUnit
                 | Cause::Thousand
                 | Cause::Micrometres
                 | Cause::Inches

@@ -83,6 +83,8 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         }
         Err(reason) => untold.push(format!("lost motion: {reason}")),
     }
+    // A unit that may be wrong is said, and nothing that hangs on it is taken over.
+    let mut doubt = None;
     let gap = match gap(&log, described.as_ref(), unit, &name) {
         // In other units or with other signs everything else would be wrong, too.
         Err(GapError::Fit(error)) if error.is_of_the_log() => {
@@ -91,7 +93,14 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
                 "say what the columns are with --column ROLE=NAME,unit=UNIT,sign=-,scale=FACTOR; without --axis the log is not held against it",
             ));
         }
-        found => found,
+        found => {
+            if let Err(GapError::Fit(FitError::Implausible { cause, .. })) = &found
+                && cause.names_a_unit()
+            {
+                doubt = Some(cause.to_string());
+            }
+            found
+        }
     };
     // A long log is not held twice.
     let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
@@ -171,6 +180,10 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     }
     if let (Some(path), Some(described)) = (&args.out, &described) {
         let base = args.axis.as_deref().unwrap_or_default();
+        if let Some(cause) = &doubt {
+            text += &format!("not written: what was measured, since {cause}\n");
+            findings.clear();
+        }
         write_axis(path, described, &findings, &name, base)?;
     }
     output::print(&text)?;

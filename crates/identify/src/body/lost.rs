@@ -18,12 +18,21 @@ use serde::Serialize;
 const MOVES_FROM: f64 = 6.0;
 /// Part of the motor's speed by which the load's is off while the motor crosses a gap. A choice.
 const CROSSING_SHARE: f64 = 0.5;
-/// Lengths that are tried, over the range of travel.
+/// Lengths that are tried at a time.
 const LENGTHS: usize = 33;
-/// Shortest and longest length tried, in parts of the load's range of travel.
-const LENGTH_RANGE: [f64; 2] = [0.003, 1.0];
+/// Shortest length tried, in parts of the load's range of travel, where its noise is smaller still.
+const SHORTEST: f64 = 1e-6;
 /// Times the length by which 95 % of the loss is there.
 const SATURATED: f64 = 3.0;
+/// What is left of the log's beginning where it counts no more.
+const FADED: f64 = 1e-3;
+/// Blocks over which it has to fade to be told. A choice: two without the one that is left out.
+const FADES_OVER: usize = 3;
+/// How often the lengths are narrowed down. A choice: each time by a factor of three at least.
+const LOOKS: usize = 8;
+/// Travel behind a reversal that tells a length, in times of the travel to 95 %. A choice: the loss is
+/// complete in the second half, and its size is told there.
+const TELLS: f64 = 3.0;
 
 const OFFSET: usize = 0;
 const STEP: usize = 1;
@@ -64,47 +73,52 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         );
     }
     let noise = noise_of(&log.load);
-    let (place, reversals) = followed(&log.load, MOVES_FROM * noise);
+    let rows = Rows::of(log, MOVES_FROM * noise);
+    let (reversals, range) = (rows.followed.reversals, rows.followed.range());
     if reversals == 0 {
         return Err("the load never turns round: move it to and fro".to_owned());
     }
-    let least = place.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = place.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let range = most - least;
-    let lowest = (LENGTH_RANGE[0] * range).max(noise);
-    let growth =
-        lostmotion_base::math::log(LENGTH_RANGE[1] * range / lowest) / (LENGTHS - 1) as f64;
-    let lengths: Vec<f64> = (0..LENGTHS)
-        .map(|index| lowest * lostmotion_base::math::exp(growth * index as f64))
-        .collect();
-    let crossing = crossing(log);
-    let fits: Vec<Option<SquaresFit<COEFFICIENTS>>> = lengths
-        .iter()
-        .map(|&length| fit(log, &place, &crossing, length, true))
-        .collect();
-    let rms = |index: usize| {
-        fits[index]
-            .as_ref()
-            .map_or(f64::INFINITY, |found| found.rms)
-    };
-    let best = (0..LENGTHS)
-        .min_by(|&a, &b| rms(a).total_cmp(&rms(b)))
-        .unwrap_or_default();
-    let Some(found) = &fits[best] else {
+    let lowest = (SHORTEST * range).max(noise);
+    // A loss that is complete soon is told by the few rows behind each reversal, which the many others
+    // would outweigh: what is longer than the log allows goes, and with it the rows that only that needs.
+    let (mut longest, mut within) = (range, f64::INFINITY);
+    let mut look = Look::of(&rows, [lowest, longest], within);
+    for _ in 0..LOOKS {
+        let Some(last) = look.alike.last().map(|&index| look.lengths[index]) else {
+            break;
+        };
+        let narrower = TELLS * SATURATED * last;
+        if narrower > (range / 3.0).min(within / 3.0) {
+            break;
+        }
+        let next = Look::of(&rows, [lowest, longest.min(3.0 * last)], narrower);
+        if next.best().is_none() {
+            break;
+        }
+        (longest, within, look) = (3.0 * last, narrower, next);
+    }
+    // As finely as the lengths that explain the log are told.
+    if let [Some(first), Some(last)] = [look.alike.first(), look.alike.last()] {
+        let [shortest, longest] = [
+            look.lengths[*first] / look.growth,
+            look.lengths[*last] * look.growth,
+        ];
+        look = Look::of(&rows, [shortest.max(lowest), longest.min(range)], within);
+    }
+    let Some(found) = look.best() else {
         return Err(
             "the load's travel does not tell a step from a slow loss: make longer strokes"
                 .to_owned(),
         );
     };
-    let step_alone = fit(log, &place, &crossing, lengths[best], false);
-    // The residual of windows that err alike: as many of them as blocks.
-    let blocks = super::squares::BLOCKS as f64;
-    let near = found.rms * (1.0 + 4.0 / blocks).sqrt();
-    let alike: Vec<usize> = (0..LENGTHS).filter(|&index| rms(index) <= near).collect();
-    let length = |index: Option<&usize>| {
+    let (fits, lengths, alike, near) = (&look.fits, &look.lengths, &look.alike, look.near);
+    let best = look.best;
+    let step_alone = rows.fit(lengths[best], false, within);
+    // Between two that are tried another one may lie.
+    let length = |index: Option<&usize>, beyond: f64| {
         index
             .and_then(|&index| lengths.get(index))
-            .map(|length| SATURATED * length)
+            .map(|length| SATURATED * length * beyond)
     };
     let total = |x: &[f64; COEFFICIENTS]| x[STEP] + x[ALONG];
     // What another length that explains the log as well makes of a figure belongs to its interval.
@@ -138,8 +152,8 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         along,
         saturates_after: SATURATED * lengths[best],
         saturates_between: [
-            length(alike.first()).unwrap_or(0.0),
-            length(alike.last()).unwrap_or(f64::INFINITY),
+            length(alike.first(), look.growth.recip()).unwrap_or(0.0),
+            length(alike.last(), look.growth).unwrap_or(f64::INFINITY),
         ],
         reversals,
         rms: found.rms,
@@ -167,55 +181,184 @@ fn crossing(log: &BodyLog) -> Vec<bool> {
         .collect()
 }
 
-/// The place without its noise: it follows only what leaves a band around it. Counts how often it
-/// turns round.
-fn followed(column: &[f64], band: f64) -> (Vec<f64>, usize) {
-    let mut place = column.first().copied().unwrap_or(0.0);
-    let (mut direction, mut reversals) = (0.0, 0);
-    let followed = column
-        .iter()
-        .map(|&value| {
+/// The load's place without its noise: it follows only what leaves a band around it.
+struct Followed {
+    place: Vec<f64>,
+    /// Half the band's width.
+    band: f64,
+    /// Rows at which it has turned round: by then the load has gone back by the whole band.
+    turned: Vec<bool>,
+    /// Rows from where the load stands still before it turns round until it is known that it has:
+    /// meanwhile the motor is anywhere within the gap.
+    unsure: Vec<bool>,
+    reversals: usize,
+}
+
+impl Followed {
+    fn of(column: &[f64], band: f64) -> Followed {
+        let mut place = column.first().copied().unwrap_or(0.0);
+        let (mut direction, mut advanced) = (0.0, 0);
+        let mut followed = Followed {
+            place: Vec::with_capacity(column.len()),
+            band,
+            turned: Vec::with_capacity(column.len()),
+            unsure: Vec::with_capacity(column.len()),
+            reversals: 0,
+        };
+        for &value in column {
             let ahead = value - place;
-            if ahead.abs() > band {
-                if direction * ahead < 0.0 {
-                    reversals += 1;
-                }
+            let leaves = ahead.abs() > band;
+            let turned = leaves && direction * ahead < 0.0;
+            if leaves {
                 direction = ahead.signum();
                 place = value - direction * band;
             }
-            place
-        })
-        .collect();
-    (followed, reversals)
+            followed.reversals += usize::from(turned);
+            followed.turned.push(turned);
+            // While it goes on, the load is at the band's edge but for its noise.
+            followed
+                .unsure
+                .push(direction * (value - place) < 0.5 * band);
+            followed.place.push(place);
+            if turned {
+                let now = followed.unsure.len() - 1;
+                followed.unsure[advanced..now].fill(true);
+            }
+            if leaves {
+                advanced = followed.unsure.len();
+            }
+        }
+        followed
+    }
+
+    fn range(&self) -> f64 {
+        let least = self.place.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.place.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most - least
+    }
 }
 
-fn fit(
-    log: &BodyLog,
-    place: &[f64],
-    crossing: &[bool],
-    length: f64,
-    along: bool,
-) -> Option<SquaresFit<COEFFICIENTS>> {
-    let mut squares = Squares::new(log.len());
-    let (mut state, mut side, mut travel) = (0.0, 0.0, 0.0);
-    for at in 1..log.len() {
-        let moved = place[at] - place[at - 1];
-        if moved != 0.0 {
-            side = moved.signum();
-            state = side - (side - state) * lostmotion_base::math::exp(-moved.abs() / length);
-            travel += moved.abs();
+/// What a log tells of the load's reversals.
+struct Rows<'a> {
+    log: &'a BodyLog,
+    followed: Followed,
+    crossing: Vec<bool>,
+}
+
+impl Rows<'_> {
+    fn of(log: &BodyLog, band: f64) -> Rows<'_> {
+        Rows {
+            log,
+            followed: Followed::of(&log.load, band),
+            crossing: crossing(log),
         }
-        if side == 0.0 || crossing[at] || log.touches_lost(at..=at) {
-            continue;
-        }
-        // Where the log begins nobody knows; that fades along the travel.
-        let start = lostmotion_base::math::exp(-travel / length);
-        let row = [1.0, 0.5 * side, 0.5 * state, start];
-        squares.add(at, row, log.motor[at] - log.load[at]);
     }
-    let mut used = [true; COEFFICIENTS];
-    used[ALONG] = along;
-    used[START] = along;
-    debug_assert!(used[OFFSET]);
-    squares.solve(&used)
+
+    /// Whether the log's beginning is told by enough rows: one that fades within a block of those that
+    /// are left out in turn is left out as a whole.
+    fn tells_its_beginning(&self, length: f64) -> bool {
+        let (place, mut travel) = (&self.followed.place, 0.0);
+        let fading = place.windows(2).take_while(|pair| {
+            travel += (pair[1] - pair[0]).abs();
+            lostmotion_base::math::exp(-travel / length) > FADED
+        });
+        fading.count() > FADES_OVER * place.len() / super::squares::BLOCKS
+    }
+
+    /// A loss of one length, by the rows within some travel behind reversals.
+    fn fit(&self, length: f64, along: bool, within: f64) -> Option<SquaresFit<COEFFICIENTS>> {
+        let Followed { place, turned, .. } = &self.followed;
+        let mut squares = Squares::new(self.log.len());
+        let (mut state, mut side, mut travel, mut since) = (0.0, 0.0, 0.0, 0.0);
+        let mut begins = false;
+        let told = self.tells_its_beginning(length);
+        for at in 1..self.log.len() {
+            let mut moved = place[at] - place[at - 1];
+            if turned[at] {
+                moved += moved.signum() * 2.0 * self.followed.band;
+                since = 0.0;
+                begins = true;
+            }
+            // Behind a reversal a loss along the travel holds the load back as a gap does before it.
+            begins &= self.crossing[at];
+            if moved != 0.0 {
+                side = moved.signum();
+                state = side - (side - state) * lostmotion_base::math::exp(-moved.abs() / length);
+                travel += moved.abs();
+                since += moved.abs();
+            }
+            if side == 0.0
+                || since > within
+                || self.followed.unsure[at]
+                || (self.crossing[at] && !begins)
+                || self.log.touches_lost(at..=at)
+            {
+                continue;
+            }
+            // Where the log begins nobody knows; that fades along the travel.
+            let start = lostmotion_base::math::exp(-travel / length);
+            if start > FADED && !told {
+                continue;
+            }
+            let row = [1.0, 0.5 * side, 0.5 * state, start];
+            squares.add(at, row, self.log.motor[at] - self.log.load[at]);
+        }
+        let mut used = [true; COEFFICIENTS];
+        used[ALONG] = along;
+        used[START] = along && told;
+        debug_assert!(used[OFFSET]);
+        squares.solve(&used)
+    }
+}
+
+/// Lengths that were tried, and which of them explain the log.
+struct Look {
+    /// By which each is longer than the one before.
+    growth: f64,
+    lengths: Vec<f64>,
+    fits: Vec<Option<SquaresFit<COEFFICIENTS>>>,
+    best: usize,
+    /// Residual, root mean square, of what explains the log as well as the best.
+    near: f64,
+    /// Lengths that do.
+    alike: Vec<usize>,
+}
+
+impl Look {
+    fn of(rows: &Rows<'_>, [shortest, longest]: [f64; 2], within: f64) -> Look {
+        let rate = lostmotion_base::math::log(longest / shortest) / (LENGTHS - 1) as f64;
+        let lengths: Vec<f64> = (0..LENGTHS)
+            .map(|index| shortest * lostmotion_base::math::exp(rate * index as f64))
+            .collect();
+        let fits: Vec<_> = lengths
+            .iter()
+            .map(|&length| rows.fit(length, true, within))
+            .collect();
+        let rms = |index: usize| {
+            fits.get(index)
+                .and_then(Option::as_ref)
+                .map_or(f64::INFINITY, |found| found.rms)
+        };
+        let best = (0..LENGTHS)
+            .min_by(|&a, &b| rms(a).total_cmp(&rms(b)))
+            .unwrap_or_default();
+        // The residual of windows that err alike: as many of them as blocks.
+        let blocks = super::squares::BLOCKS as f64;
+        let near = rms(best) * (1.0 + 4.0 / blocks).sqrt();
+        let alike = (0..LENGTHS)
+            .filter(|&index| fits[index].is_some() && rms(index) <= near)
+            .collect();
+        Look {
+            growth: lostmotion_base::math::exp(rate),
+            lengths,
+            best,
+            near,
+            alike,
+            fits,
+        }
+    }
+
+    fn best(&self) -> Option<&SquaresFit<COEFFICIENTS>> {
+        self.fits.get(self.best).and_then(Option::as_ref)
+    }
 }

@@ -397,6 +397,43 @@ fn gains_of_a_cascade_are_found() {
         assert!((law.feedforward - axis.forward).abs() < 0.1);
     }
     println!("{held:?} of 12");
+    assert!(held.iter().all(|&held| held >= 11), "{held:?}");
+}
+
+/// Loops as stiff as those of machine tools: with the whole speed fed forward the log tells two pairs,
+/// and where the two are nearly one an interval that is wide.
+#[test]
+fn gains_of_stiff_loops_are_held() {
+    let mut random = Random::new(18_340_901);
+    for number in 0..16 {
+        let drawn = Axis::drawn(&mut random);
+        let axis = Axis {
+            position_gain: random.between(30.0, 70.0),
+            velocity_gain: drawn.mass * random.between(250.0, 350.0),
+            integral_time: random.between(0.008, 0.02),
+            forward: [1.0, 1.0, 0.3, 0.6][number % 4],
+            ..drawn
+        };
+        let log = axis.log(&mut random);
+        let law = fit_servo(&log, &Motion::of(&log)).unwrap().law.unwrap();
+        let [low, high] = law.position_gain_per_s.interval;
+        println!(
+            "kp {} T {} ff {}: {:?} {:?} {:?}",
+            axis.position_gain,
+            axis.integral_time,
+            axis.forward,
+            law.position_gain_per_s,
+            law.integral_time_s,
+            law.alike
+        );
+        let held = low <= axis.position_gain && axis.position_gain <= high;
+        let other = law.alike.is_some_and(|[gain, time]| {
+            (gain / axis.position_gain - 1.0).abs() < 0.1
+                && (time / axis.integral_time - 1.0).abs() < 0.1
+        });
+        assert!(held || other, "{number}");
+        assert!(high < 2.5 * low, "{number}: {low} to {high}");
+    }
 }
 
 #[test]

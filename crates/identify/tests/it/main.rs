@@ -7,6 +7,7 @@ mod body;
 mod held_out;
 mod huber;
 mod logged;
+mod lost;
 mod motor_only;
 #[allow(dead_code, unreachable_pub)]
 mod rig;

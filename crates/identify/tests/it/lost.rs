@@ -1,0 +1,112 @@
+//! Lost motion of known size: at once, along the load's travel, and both.
+
+use lostmotion_base::random::Random;
+use lostmotion_identify::body::{BodyLog, LostMotion, fit_lost_motion};
+
+/// A load behind a gap and something that gives by Dahl's law along its own travel.
+struct Loss {
+    /// Total gap, m.
+    step: f64,
+    /// What is lost along the travel, m.
+    along: f64,
+    /// Travel to 95 % of it, m.
+    saturates_after: f64,
+}
+
+impl Loss {
+    /// The state behind a travel to one side.
+    fn after(&self, state: f64, travel: f64, side: f64) -> f64 {
+        let end = 0.5 * side * self.along;
+        end + (state - end) * (-3.0 * travel / self.saturates_after).exp()
+    }
+
+    /// 20 s of a motion of so many metres at 1 kHz, the load read in steps of 0.1 um.
+    fn log(&self, amplitude: f64, random: &mut Random) -> BodyLog {
+        let time: Vec<f64> = (0..20_000).map(|sample| f64::from(sample) * 1e-3).collect();
+        let (mut load, mut state) = (-0.5 * self.step, 0.0);
+        let (mut motors, mut loads) = (Vec::new(), Vec::new());
+        for t in &time {
+            let motor = amplitude * ((0.94 * t).sin() + 0.4 * (2.57 * t).sin());
+            for side in [1.0, -1.0] {
+                // How far the motor is beyond what it loses when the load goes on by a travel.
+                let beyond = |travel: f64| {
+                    side * (motor - load - self.after(state, travel, side))
+                        - travel
+                        - 0.5 * self.step
+                };
+                if beyond(0.0) <= 0.0 {
+                    continue;
+                }
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if beyond(middle) > 0.0 {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
+                }
+                state = self.after(state, low, side);
+                load += side * low;
+            }
+            motors.push(motor + 2e-8 * random.normal());
+            loads.push((load / 1e-7).round() * 1e-7);
+        }
+        BodyLog::from_rows(&time, motors, loads, Vec::new(), Vec::new()).unwrap()
+    }
+}
+
+fn found(loss: &Loss, amplitude: f64, seed: u64) -> LostMotion {
+    let log = loss.log(amplitude, &mut Random::new(seed));
+    let lost = fit_lost_motion(&log).unwrap();
+    println!("{lost:?}");
+    let pairs = [
+        (lost.total.interval, loss.step + loss.along),
+        (lost.step.interval, loss.step),
+        (lost.along.interval, loss.along),
+    ];
+    for ([low, high], truth) in pairs {
+        assert!(low <= truth && truth <= high, "{low} to {high}: {truth}");
+    }
+    lost
+}
+
+/// However short the travel is against the strokes, down to a thousandth.
+#[test]
+fn a_loss_along_the_travel_has_its_length() {
+    let um = 1e-6;
+    for (number, [amplitude, saturates_after, along, step]) in [
+        [3e-3, 20.0 * um, 6.0 * um, 0.0],
+        [3e-3, 200.0 * um, 6.0 * um, 0.0],
+        [0.1e-3, 20.0 * um, 6.0 * um, 0.0],
+        [20e-3, 100.0 * um, 10.0 * um, 0.0],
+        [3e-3, 20e-3, 8.0 * um, 0.0],
+        [3e-3, 30.0 * um, 4.0 * um, 4.0 * um],
+        [3e-3, 300.0 * um, 4.0 * um, 10.0 * um],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let loss = Loss {
+            step,
+            along,
+            saturates_after,
+        };
+        let lost = found(&loss, amplitude, 18_340_910 + number as u64);
+        let [low, high] = lost.saturates_between;
+        assert!(!lost.is_step && low <= saturates_after && saturates_after <= high);
+        assert!(high < 1.7 * low, "{low} to {high}");
+    }
+}
+
+#[test]
+fn a_gap_alone_is_a_step() {
+    for (number, step) in [2e-6, 8e-6, 40e-6].into_iter().enumerate() {
+        let loss = Loss {
+            step,
+            along: 0.0,
+            saturates_after: 1.0,
+        };
+        assert!(found(&loss, 3e-3, 18_340_920 + number as u64).is_step);
+    }
+}
