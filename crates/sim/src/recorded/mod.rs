@@ -25,6 +25,10 @@ use results::{
     RecordedAxisCheck, RecordedBlock,
 };
 
+/// Time between rows beyond which limits are not told, and beyond which nothing is, s. Choices: a stroke's
+/// acceleration lasts some 0.1 s, and blocks last some 0.5.
+const SLOW_S: f64 = 0.1;
+const SLOWEST_S: f64 = 0.5;
 /// By how much a limit may be exceeded without being said to be, in parts of it. A choice: limits of
 /// controls are rounded numbers.
 const LIMIT_SLACK: f64 = 0.005;
@@ -300,8 +304,23 @@ impl<'a> Record<'a> {
                 SimError::refused("the log has no rows", "log the program while it moves")
             }));
         };
+        if found.period_s > SLOWEST_S {
+            return Err(SimError::refused(
+                format!(
+                    "the rows of the log are {} s apart: in between an axis does anything",
+                    short(found.period_s)
+                ),
+                "times in milliseconds? Then --column time=NAME,unit=ms; else log at 100 Hz or more",
+            ));
+        }
         let path = self.path;
         let mut untold = Vec::new();
+        if found.period_s > SLOW_S {
+            untold.push(format!(
+                "whether the axes keep their limits: the rows are {} ms apart, and an axis may begin and end its acceleration in between",
+                short(1e3 * found.period_s)
+            ));
+        }
         if found.kind == RecordKind::Measured {
             untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
         }

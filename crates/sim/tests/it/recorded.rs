@@ -434,6 +434,26 @@ fn logs_of_other_programs_are_refused() {
     assert!(checked(PART, &inches).is_err());
 }
 
+/// Milliseconds taken for seconds: nothing would be said to be over a limit.
+#[test]
+fn rows_that_are_far_apart_do_not_tell_limits() {
+    let mut slow = Make::default().record(PART);
+    for time in &mut slow.time_s {
+        *time *= 1e3;
+    }
+    let refused = checked(PART, &slow).unwrap_err().to_string();
+    assert!(refused.contains("rows of the log are 1"), "{refused}");
+    for time in &mut slow.time_s {
+        *time *= 0.2;
+    }
+    let told = checked(PART, &slow).unwrap();
+    assert!(
+        told.untold
+            .iter()
+            .any(|reason| reason.contains("whether the axes keep their limits"))
+    );
+}
+
 #[test]
 fn a_record_that_is_none_is_refused_with_its_row() {
     let good = Make::default().record(PART);
