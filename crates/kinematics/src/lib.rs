@@ -173,12 +173,29 @@ pub enum JointMap {
     Curved,
 }
 
+/// A pose for people: X, Y and Z, and the other coordinates that are not 0, in mm and degrees.
+fn told(pose: &Coords) -> String {
+    let words = AxisId::ALL.into_iter().filter_map(|axis| {
+        let value = pose[axis];
+        match axis {
+            AxisId::X | AxisId::Y | AxisId::Z => Some(format!("{axis} {value:.3} mm")),
+            _ if value == 0.0 => None,
+            _ if axis.is_rotary() => Some(format!(
+                "{axis} {:.3} deg",
+                lostmotion_base::units::deg(value)
+            )),
+            _ => Some(format!("{axis} {value:.3} mm")),
+        }
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
 /// A pose that the machine cannot take.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KinematicsError {
     /// No joint positions give the pose.
-    #[error("the machine cannot reach {pose:?}: {why}")]
+    #[error("the machine cannot reach {}: {why}", told(pose))]
     Unreachable {
         /// Program coordinates, mm and rad.
         pose: Coords,
@@ -186,7 +203,7 @@ pub enum KinematicsError {
         why: String,
     },
     /// The joints cannot move the tool in every direction there.
-    #[error("the machine is singular at {pose:?}: {why}")]
+    #[error("the machine is singular at {}: {why}", told(pose))]
     Singular {
         /// Program coordinates, mm and rad.
         pose: Coords,
@@ -194,7 +211,10 @@ pub enum KinematicsError {
         why: &'static str,
     },
     /// Neighbouring poses of a move need joint positions that are far apart.
-    #[error("joint {joint} would have to jump by {by:.4} (mm or rad) near {pose:?}")]
+    #[error(
+        "joint {joint} would have to jump by {by:.4} (mm or rad) near {}",
+        told(pose)
+    )]
     Jump {
         /// Program coordinates, mm and rad.
         pose: Coords,

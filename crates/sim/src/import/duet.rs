@@ -117,7 +117,7 @@ fn file(
             let found = if depth == DEEPEST {
                 Err(format!("more than {DEEPEST} deep"))
             } else {
-                (options.files)(name.rsplit('/').next().unwrap_or(name))
+                options.files.text(name.rsplit('/').next().unwrap_or(name))
             };
             match found {
                 Ok(text) if whole.bytes.saturating_add(text.len()) <= options.max_bytes => {

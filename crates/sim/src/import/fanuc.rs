@@ -2,8 +2,8 @@
 //!
 //! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
 //! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
-//! acceleration before interpolation (mm/s2), 1800#4 RBK, 1828 and 1829 limits of the position
-//! deviation, 1851 and 1852 gaps. Lengths without a point are in the increment of the axis, gaps and
+//! acceleration before interpolation (mm/s2), 1800#4 RBK, 1825 position gain (0.01/s,
+//! listed only), 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths without a point are in the increment of the axis, gaps and
 //! deviations in detection units. Source: parameter manuals B-63090EN, B-64120EN, B-64490EN.
 
 use super::draft::{Draft, Fate, Quantity, Told};
@@ -37,6 +37,9 @@ const BITS: [u32; 5] = [1001, 1004, 1006, 1013, 1800];
 
 /// Axes of a path that a control has at most.
 const MOST_AXES: usize = 32;
+
+/// Unit of the servo loop's gain (1825), 1/s.
+const GAIN_PER_S: f64 = 0.01;
 
 /// Stroke limits from here on are none, in increments.
 const NO_LIMIT: f64 = 99_999_999.0;
@@ -280,7 +283,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1828, 1829, 1851, 1852,
     ];
     for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
-        draft.row(entry.name(), entry.value, Fate::Ignored, "");
+        let note = match entry.value.parse::<f64>() {
+            Ok(gain) if entry.number == 1825 => super::untaken_gain(gain * GAIN_PER_S),
+            _ => String::new(),
+        };
+        draft.row(entry.name(), entry.value, Fate::Ignored, note);
     }
     Ok(draft)
 }

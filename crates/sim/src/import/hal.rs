@@ -1,10 +1,166 @@
-//! What an INI file and its HAL files set on the pins of the kinematics:
-//! `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's chapters
-//! on kinematics have them.
+//! What an INI file and its HAL files tell: `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`
+//! sets a pin of the kinematics, `setp ini.0.backlash 0.02` what [JOINT_0] BACKLASH says,
+//! `loadrt stepgen step_type=0,0` makes step generators, and `setp stepgen.0.position-scale 400`
+//! their steps. Names and meaning as LinuxCNC's chapters on kinematics, stepgen and the INI's pins
+//! have them.
 
 use super::draft::{Draft, Fate};
-use super::{number, problem};
+use super::ini::{Entry, Ini};
+use super::{ImportOptions, linuxcnc_files, number, problem};
 use crate::machine::Problem;
+
+/// A command of HAL.
+struct Command {
+    /// Line of the INI file that holds it or names its file.
+    line: usize,
+    /// Whether the INI file itself holds it.
+    is_own: bool,
+    words: Vec<String>,
+}
+
+impl Command {
+    /// Pin and value of `setp PIN VALUE`, or `setp PIN = VALUE`; nets and other commands carry no
+    /// number.
+    fn set(&self) -> Option<(&str, &str)> {
+        match self.words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["setp", pin, value] | ["setp", pin, "=", value] => Some((pin, value)),
+            _ => None,
+        }
+    }
+}
+
+/// Commands of HAL, in the order in which LinuxCNC runs them.
+pub(super) struct Hal {
+    commands: Vec<Command>,
+}
+
+impl Hal {
+    /// Reads the HALCMD and the HALFILE lines; reports every file, read or not.
+    pub(super) fn read(ini: &Ini, draft: &mut Draft, options: &ImportOptions<'_>) -> Hal {
+        let (mut commands, mut left) = (Vec::new(), *options);
+        let of = |key: &'static str| {
+            let entries = ini.entries.iter();
+            entries.filter(move |entry| entry.section == "HAL" && entry.key == key)
+        };
+        // All files before all commands, wherever they stand.
+        for entry in of("HALFILE") {
+            // Files of the system's library, and missing ones, are told as not read.
+            let Some(text) = linuxcnc_files::text(draft, entry, &left) else {
+                continue;
+            };
+            // All of them are kept: together they have no more bytes than one may have.
+            left.max_bytes -= text.len();
+            let note = "read for pins of kinematics, step generators and limits";
+            draft.row(entry.name(), entry.value.as_str(), Fate::Used, note);
+            let lines = text.lines();
+            commands.extend(lines.filter_map(|line| command(line, entry.line, false)));
+        }
+        for entry in of("HALCMD") {
+            commands.extend(command(&entry.value, entry.line, true));
+        }
+        Hal { commands }
+    }
+
+    /// What is set, the last command on a pin last: line, pin and value as it stands.
+    fn set(&self) -> impl DoubleEndedIterator<Item = (usize, &str, &str)> {
+        let commands = self.commands.iter();
+        commands.filter_map(|it| it.set().map(|(pin, value)| (it.line, pin, value)))
+    }
+
+    /// Whether a HALCMD of a line sets something that is read.
+    pub(super) fn takes(&self, entry: &Entry, module: &str) -> bool {
+        let mut own = self.commands.iter().filter(|command| command.is_own);
+        own.any(|command| {
+            command.line == entry.line
+                && command.set().is_some_and(|(pin, _)| {
+                    pin.strip_prefix(module)
+                        .is_some_and(|rest| rest.starts_with('.'))
+                        || pin_of_ini(pin).is_some()
+                        || scaled(pin).is_some()
+                })
+        })
+    }
+
+    /// Values that HAL sets in the place of those of joints and axes.
+    pub(super) fn replaced(&self, ini: &Ini) -> Vec<Entry> {
+        let all = self.set().filter_map(|(line, pin, value)| {
+            let (section, key) = pin_of_ini(pin)?;
+            Some(Entry {
+                line,
+                section,
+                key,
+                value: ini.value(value),
+                pin: Some(pin.to_owned()),
+            })
+        });
+        all.collect()
+    }
+
+    /// Whether anything is about step generators.
+    pub(super) fn has_generators(&self) -> bool {
+        let mut words = self.commands.iter().flat_map(|command| &command.words);
+        words.any(|word| word.contains("stepgen"))
+    }
+
+    /// Whether there is a step generator of this number: one of those that are loaded, or one whose
+    /// pins are used.
+    pub(super) fn has_generator(&self, number: usize) -> bool {
+        self.commands.iter().any(|command| {
+            let mut words = command.words.iter().map(String::as_str);
+            if words.next() == Some("loadrt") && words.next() == Some("stepgen") {
+                // A type for each: `step_type=0,0,0`.
+                let types = words.find_map(|word| word.strip_prefix("step_type="));
+                types.is_some_and(|types| number < types.split(',').count())
+            } else {
+                command
+                    .words
+                    .iter()
+                    .any(|word| generator(word).is_some_and(|(own, _)| own == number))
+            }
+        })
+    }
+
+    /// Line, pin and value of the steps that a generator makes for a unit of the machine.
+    pub(super) fn steps(&self, number: usize) -> Option<(usize, &str, &str)> {
+        self.set().rfind(|(_, pin, _)| scaled(pin) == Some(number))
+    }
+}
+
+/// A line without its comment; `None` if nothing is left.
+fn command(text: &str, line: usize, is_own: bool) -> Option<Command> {
+    let told = text.split('#').next().unwrap_or_default();
+    let words: Vec<String> = told.split_whitespace().map(str::to_owned).collect();
+    (!words.is_empty()).then_some(Command {
+        line,
+        is_own,
+        words,
+    })
+}
+
+/// Section and key for which a pin `ini.0.backlash` or `ini.x.max_velocity` stands.
+fn pin_of_ini(pin: &str) -> Option<(String, String)> {
+    let (place, key) = pin.strip_prefix("ini.")?.split_once('.')?;
+    let kind = if place.parse::<usize>().is_ok() {
+        "JOINT"
+    } else {
+        "AXIS"
+    };
+    let section = format!("{kind}_{}", place.to_ascii_uppercase());
+    Some((section, key.to_ascii_uppercase()))
+}
+
+/// Number and pin of a step generator: `stepgen.0.enable`, `hm2_7i76e.0.stepgen.00.enable`.
+fn generator(pin: &str) -> Option<(usize, &str)> {
+    let (before, behind) = pin.split_once("stepgen.")?;
+    let (number, pin) = behind.split_once('.')?;
+    let number = number.parse::<usize>().ok()?;
+    (before.is_empty() || before.ends_with('.')).then_some((number, pin))
+}
+
+/// The generator whose steps a pin tells.
+fn scaled(pin: &str) -> Option<usize> {
+    generator(pin).and_then(|(number, pin)| (pin == "position-scale").then_some(number))
+}
 
 /// One `setp` on a pin of the module.
 struct Pin {
@@ -23,50 +179,27 @@ pub(super) struct Pins<'a> {
 }
 
 impl<'a> Pins<'a> {
-    pub(super) fn new(module: &'a str, line: usize) -> Pins<'a> {
+    /// Those that HAL sets on a module.
+    pub(super) fn new(module: &'a str, line: usize, hal: &Hal, ini: &Ini) -> Pins<'a> {
+        let of_module = hal.set().filter_map(|(line, pin, value)| {
+            let name = pin.strip_prefix(module)?.strip_prefix('.')?;
+            Some(Pin {
+                line,
+                name: name.to_owned(),
+                value: ini.value(value),
+                used: false,
+            })
+        });
         Pins {
             module,
             line,
-            pins: Vec::new(),
+            pins: of_module.collect(),
         }
     }
 
     /// Where the module is named.
     pub(super) fn line(&self) -> usize {
         self.line
-    }
-
-    /// Takes one command of HAL; false if it is about something else. `look_up` puts the value in
-    /// the place of `[SECTION]KEY`.
-    pub(super) fn take(
-        &mut self,
-        line: usize,
-        command: &str,
-        look_up: impl Fn(&str) -> String,
-    ) -> bool {
-        let command = command
-            .split_once('#')
-            .map_or(command, |(before, _)| before);
-        // Only `setp PIN VALUE`, or `setp PIN = VALUE`; nets and other commands carry no number.
-        let mut words = command.split_whitespace().filter(|word| *word != "=");
-        let (Some("setp"), Some(pin), Some(value), None) =
-            (words.next(), words.next(), words.next(), words.next())
-        else {
-            return false;
-        };
-        let Some(name) = pin
-            .strip_prefix(self.module)
-            .and_then(|rest| rest.strip_prefix('.'))
-        else {
-            return false;
-        };
-        self.pins.push(Pin {
-            line,
-            name: name.to_owned(),
-            value: look_up(value),
-            used: false,
-        });
-        true
     }
 
     /// The value of a pin in `unit`s; `None` if it is not set.

@@ -16,12 +16,17 @@ pub(super) struct Entry {
     pub(super) section: String,
     pub(super) key: String,
     pub(super) value: String,
+    /// The pin on which HAL sets it, where that is not the INI file's own value.
+    pub(super) pin: Option<String>,
 }
 
 impl Entry {
     /// `[SECTION] KEY`.
     pub(super) fn name(&self) -> String {
-        format!("[{}] {}", self.section, self.key)
+        match &self.pin {
+            Some(pin) => format!("[HAL] setp {pin}"),
+            None => format!("[{}] {}", self.section, self.key),
+        }
     }
 }
 
@@ -78,13 +83,24 @@ impl Ini {
         entries.find(|entry| sections.contains(&entry.section.as_str()) && entry.key == key)
     }
 
+    /// Puts another value in the place of a joint's or an axis' own; gives those that no longer count.
+    pub(super) fn replace(&mut self, entry: Entry) -> Vec<Entry> {
+        let same = |own: &mut Entry| own.section == entry.section && own.key == entry.key;
+        let before = self.entries.extract_if(.., same).collect();
+        self.entries.push(entry);
+        before
+    }
+
+    /// The entry for which `[SECTION]KEY` or `[SECTION](KEY)` stands, as in HAL files.
+    pub(super) fn named(&self, text: &str) -> Option<&Entry> {
+        let (section, key) = text.strip_prefix('[')?.split_once(']')?;
+        self.first(&[section], key.trim_matches(['(', ')']))
+    }
+
     /// A text in which `[SECTION]KEY` or `[SECTION](KEY)` stands for its value, as in HAL files.
     pub(super) fn value(&self, text: &str) -> String {
-        let named = text.strip_prefix('[').and_then(|rest| {
-            let (section, key) = rest.split_once(']')?;
-            self.first(&[section], key.trim_matches(['(', ')']))
-        });
-        named.map_or_else(|| text.to_owned(), |entry| entry.value.clone())
+        self.named(text)
+            .map_or_else(|| text.to_owned(), |entry| entry.value.clone())
     }
 
     fn file(
@@ -134,7 +150,7 @@ impl Ini {
             problems.push(place.problem(file, &message, hint));
             return;
         }
-        let found = (options.files)(file);
+        let found = options.files.text(file);
         self.included.push(Included {
             file: file.to_owned(),
             missing: found.as_ref().err().cloned(),
@@ -182,6 +198,7 @@ impl Ini {
                 section: self.section.clone(),
                 key: key.trim().to_owned(),
                 value: value.trim().to_owned(),
+                pin: None,
             });
         } else {
             self.passed.push((place.line, line.to_owned()));

@@ -3,11 +3,11 @@
 //! `[printer]` kinematics, max_velocity, max_accel, max_z_velocity, max_z_accel (mm, s); of every
 //! `[stepper_x]` rotation_distance, gear_ratio, microsteps, full_steps_per_rotation, position_min,
 //! position_max (mm); of its driver (`[tmc2209 stepper_x]`) run_current (A, effective). Files that
-//! `[include FILE]` names are read. What SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting
+//! `[include FILE]` names are read, in the order of their names where it has wildcards. What SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting
 //! for a gap. See <https://www.klipper3d.org/Config_Reference.html>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
-use super::{Format, ImportOptions, number, positive, problem};
+use super::{Format, ImportOptions, number, positive, problem, wildcards};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
@@ -53,6 +53,8 @@ struct ConfigFile {
     /// Section and key, and where the last of them stands.
     last: BTreeMap<String, BTreeMap<String, usize>>,
     section: String,
+    /// Folder of the file that is read, with a stroke behind it: names of included files begin there.
+    folder: String,
     /// Indent of the key that the lines before belong to: what stands further in goes on with it.
     indent: Option<usize>,
     bytes: usize,
@@ -135,26 +137,56 @@ impl ConfigFile {
             let message = format!("files include each other more than {DEEPEST} deep");
             return Err(problem(line, file, message, "does a file include itself?"));
         }
-        match (options.files)(file) {
-            Ok(text) => {
-                self.bytes = self.bytes.saturating_add(text.len());
-                if self.bytes > options.max_bytes {
-                    let message =
-                        format!("included files have more than {} bytes", options.max_bytes);
-                    return Err(problem(line, file, message, ""));
-                }
-                draft.row("[include]", file, Fate::Used, "read in its place");
-                // A section goes on behind the included file.
-                let section = self.section.clone();
-                self.file(&text, Some(line), depth + 1, options, draft)?;
-                self.section = section;
+        let path = if file.starts_with('/') {
+            file.to_owned()
+        } else {
+            format!("{}{file}", self.folder)
+        };
+        let found = match wildcards::parts(&path) {
+            None => Ok(vec![path.clone()]),
+            Some((folder, pattern)) => wildcards::matching(folder, pattern, options.files),
+        };
+        let files = match found {
+            Ok(files) => files,
+            Err(why) => {
+                draft.row(
+                    "[include]",
+                    path,
+                    Fate::Ignored,
+                    format!("not read ({why})"),
+                );
+                return Ok(());
             }
-            Err(why) => draft.row(
-                "[include]",
-                file,
-                Fate::Ignored,
-                format!("not read ({why})"),
-            ),
+        };
+        if files.is_empty() {
+            draft.row("[include]", path, Fate::Ignored, "matches no file");
+        }
+        for file in files {
+            match options.files.text(&file) {
+                Ok(text) => {
+                    self.bytes = self.bytes.saturating_add(text.len());
+                    if self.bytes > options.max_bytes {
+                        let message =
+                            format!("included files have more than {} bytes", options.max_bytes);
+                        return Err(problem(line, &file, message, ""));
+                    }
+                    draft.row("[include]", file.as_str(), Fate::Used, "read in its place");
+                    // A section goes on behind the included file.
+                    let section = self.section.clone();
+                    let folder = file.rfind('/').map_or("", |end| &file[..=end]).to_owned();
+                    let folder = std::mem::replace(&mut self.folder, folder);
+                    self.file(&text, Some(line), depth + 1, options, draft)?;
+                    (self.section, self.folder) = (section, folder);
+                }
+                Err(why) => {
+                    draft.row(
+                        "[include]",
+                        file,
+                        Fate::Ignored,
+                        format!("not read ({why})"),
+                    );
+                }
+            }
         }
         Ok(())
     }

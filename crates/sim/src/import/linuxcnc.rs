@@ -1,11 +1,11 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
 //! KINEMATICS; and of every [JOINT_n] and [AXIS_L] limits, BACKLASH, FERROR, MIN_FERROR; [HAL]
-//! HALCMD and HALFILE where they set pins of the kinematics; what moves the joints
-//! (`linuxcnc_motors`), and the files that it names (`linuxcnc_files`). Units are those of the
-//! machine and seconds. See <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
+//! HALCMD and HALFILE (`hal`); what moves the joints (`linuxcnc_motors`), and the files that it
+//! names (`linuxcnc_files`). Units are those of the machine and seconds. See
+//! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
 use super::draft::{Draft, Fate, Told};
-use super::hal::Pins;
+use super::hal::{Hal, Pins};
 use super::ini::{self, Entry, Ini};
 use super::kins::{self, Module, Numbered};
 use super::{Format, ImportOptions, linuxcnc_files, linuxcnc_motors, number, problem};
@@ -29,10 +29,27 @@ pub(super) const FORMAT: Format = Format {
 
 /// Reads the file.
 fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let ini = ini::read(text, options)?;
-    let first = |sections: &[&str], key: &str| ini.first(sections, key);
+    let mut ini = ini::read(text, options)?;
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
+    let hal = Hal::read(&ini, &mut draft, options);
+    for entry in hal.replaced(&ini) {
+        if !RULES.iter().any(|(key, _)| *key == entry.key) {
+            draft.row(
+                entry.name(),
+                entry.value,
+                Fate::Ignored,
+                "no limit that is read",
+            );
+            continue;
+        }
+        let by = entry.name();
+        for before in ini.replace(entry) {
+            let note = format!("{by} counts");
+            draft.row(before.name(), before.value, Fate::Ignored, note);
+        }
+    }
+    let first = |sections: &[&str], key: &str| ini.first(sections, key);
     // What is asked for may stand in an included file; in silence defaults would take its place.
     for included in &ini.included {
         let (fate, note) = match &included.missing {
@@ -97,10 +114,12 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         units: scale,
     };
     // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
-    let mut pins = Pins::new(name, line);
+    let pins = Pins::new(name, line, &hal, &ini);
     let mut limits = Limits::default();
     for entry in &ini.entries {
-        if entry.section == "HAL" && wire(&ini, entry, &mut pins, options) {
+        // Files are told where they are read.
+        let is_told = entry.key == "HALFILE" || entry.key == "HALCMD" && hal.takes(entry, name);
+        if entry.section == "HAL" && is_told {
             continue;
         }
         let joint = joints.of(&entry.section);
@@ -136,7 +155,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             problems.push(found);
         }
     }
-    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &joints.numbered, units, options) {
+    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &hal, &joints.numbered, units) {
         problems.push(found);
     }
     motor_rows(&mut draft, &ini, &joints);
@@ -262,28 +281,6 @@ impl IniJoints {
         self.numbered
             .get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?)
             .copied()
-    }
-}
-
-/// Sets pins of the kinematics from a HALCMD, or from the `setp` lines of a HALFILE; false if the
-/// entry sets none.
-fn wire(ini: &Ini, entry: &Entry, pins: &mut Pins, options: &ImportOptions<'_>) -> bool {
-    match entry.key.as_str() {
-        "HALCMD" => pins.take(entry.line, &entry.value, |value| ini.value(value)),
-        "HALFILE" => {
-            // Files of the system's library, and scripts, wire drives; a missing one is told with
-            // the other keys that mean nothing here.
-            let file = entry.value.split_whitespace().next().unwrap_or_default();
-            let Ok(text) = (options.files)(file) else {
-                return false;
-            };
-            // Every line, not the first alone.
-            text.lines()
-                .filter(|line| pins.take(entry.line, line, |value| ini.value(value)))
-                .count()
-                > 0
-        }
-        _ => false,
     }
 }
 

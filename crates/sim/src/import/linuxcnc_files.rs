@@ -45,29 +45,27 @@ struct NamedFile<'a> {
 }
 
 impl NamedFile<'_> {
-    /// The file's text; a missing one is reported.
-    fn text(&self, draft: &mut Draft, options: &ImportOptions<'_>) -> Option<String> {
-        let file = self.entry.value.split_whitespace().next()?;
-        match (options.files)(file) {
-            Ok(text) if text.len() <= options.max_bytes => Some(text),
-            Ok(text) => {
-                let note = format!("not read: {} bytes", text.len());
-                draft.row(self.entry.name(), file, Fate::Ignored, note);
-                None
-            }
-            Err(why) => {
-                let note = format!("not read ({why})");
-                draft.row(self.entry.name(), file, Fate::Ignored, note);
-                None
-            }
-        }
-    }
-
     /// A problem in a line of the file.
     fn fault(&self, line: usize, message: &str) -> Problem {
         let message = format!("{message} (line {line} of {})", self.entry.value);
         problem(self.entry.line, &self.entry.name(), message, "")
     }
+}
+
+/// The text of the file that an entry names; a missing one is reported.
+pub(super) fn text(
+    draft: &mut Draft,
+    entry: &Entry,
+    options: &ImportOptions<'_>,
+) -> Option<String> {
+    let file = entry.value.split_whitespace().next()?;
+    let why = match options.files.text(file) {
+        Ok(text) if text.len() <= options.max_bytes => return Some(text),
+        Ok(text) => format!("not read: {} bytes", text.len()),
+        Err(why) => format!("not read ({why})"),
+    };
+    draft.row(entry.name(), file, Fate::Ignored, why);
+    None
 }
 
 /// Takes an entry that is about none of the limits; false if it is something else.
@@ -112,7 +110,7 @@ fn tools(
     named: &NamedFile<'_>,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let Some(text) = named.text(draft, options) else {
+    let Some(text) = text(draft, named.entry, options) else {
         return Ok(());
     };
     let key = named.entry.name();
@@ -167,7 +165,7 @@ fn parameters(
     named: &NamedFile<'_>,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let Some(text) = named.text(draft, options) else {
+    let Some(text) = text(draft, named.entry, options) else {
         return Ok(());
     };
     let before = draft.offsets.len();
@@ -308,7 +306,7 @@ pub(super) fn screw(
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
     let named = NamedFile { entry, mm };
-    let Some(text) = named.text(draft, options) else {
+    let Some(text) = text(draft, named.entry, options) else {
         return Ok(());
     };
     if let Some(kind) = kind {

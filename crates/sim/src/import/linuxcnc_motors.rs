@@ -1,10 +1,11 @@
-//! What moves LinuxCNC's joints: steppers by STEPGEN_MAXVEL, STEPGEN_MAXACCEL, STEP_SCALE, or SCALE
-//! where HAL has step generators.
+//! What moves LinuxCNC's joints: steppers by STEPGEN_MAXVEL, STEPGEN_MAXACCEL, STEP_SCALE, by SCALE
+//! where HAL has step generators, or by the generator of the joint's number in HAL.
 
-use super::draft::{Draft, Fate, Quantity, Told};
+use super::draft::{Draft, Fate, Quantity, StepperDraft, Told};
+use super::hal::Hal;
 use super::ini::{Entry, Ini};
 use super::kins::Numbered;
-use super::{ImportOptions, number, problem};
+use super::{number, problem};
 use crate::machine::Problem;
 
 /// Keys of step generators.
@@ -21,22 +22,44 @@ pub(super) fn is_motor_key(key: &str) -> bool {
     GENERATOR.contains(&key) || STEPS.contains(&key)
 }
 
+/// Steps of a unit of the machine, and where they are told.
+struct Steps<'a> {
+    from: String,
+    line: usize,
+    value: &'a str,
+}
+
+impl<'a> Steps<'a> {
+    fn of(entry: &'a Entry) -> Steps<'a> {
+        Steps {
+            from: entry.name(),
+            line: entry.line,
+            value: &entry.value,
+        }
+    }
+
+    /// What HAL sets on a joint's generator, which may stand for an entry of the INI file.
+    fn of_hal(hal: &'a Hal, ini: &'a Ini, joint: usize) -> Option<Steps<'a>> {
+        let (line, pin, value) = hal.steps(joint)?;
+        Some(ini.named(value).map_or_else(
+            || Steps {
+                from: format!("[HAL] setp {pin}"),
+                line,
+                value,
+            },
+            Steps::of,
+        ))
+    }
+}
+
 /// Tells the steppers of the joints that have them.
 pub(super) fn tell(
     draft: &mut Draft,
     ini: &Ini,
+    hal: &Hal,
     joints: &[Numbered],
     (mm, deg): (f64, f64),
-    options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let wired = ini
-        .entries
-        .iter()
-        .filter(|entry| entry.section == "HAL" && entry.key == "HALFILE")
-        .any(|entry| {
-            let file = entry.value.split_whitespace().next().unwrap_or_default();
-            (options.files)(file).is_ok_and(|text| text.contains("stepgen"))
-        });
     for (index, (axis, turns)) in joints.iter().enumerate() {
         // Sections of axes by number are those of LinuxCNC before 2.8.
         let sections = [format!("JOINT_{index}"), format!("AXIS_{index}")];
@@ -46,43 +69,65 @@ pub(super) fn tell(
                 .find_map(|section| ini.first(&[section], key))
         };
         let generator = GENERATOR.iter().find_map(|key| own(key));
-        let steps = STEPS.iter().find_map(|key| own(key));
-        let is_stepper = generator.is_some() || (wired && own("SCALE").is_some());
-        let Some(steps) = steps else { continue };
+        let told = STEPS.iter().find_map(|key| own(key));
+        // A generator may also turn a spindle, or what the INI file does not describe.
+        let is_described = || {
+            let mut entries = ini.entries.iter();
+            entries.any(|entry| sections.contains(&entry.section))
+        };
+        let is_stepper = generator.is_some()
+            || (hal.has_generators() && own("SCALE").is_some())
+            || (hal.has_generator(index) && is_described());
         if !is_stepper {
-            draft.row(
-                steps.name(),
-                steps.value.as_str(),
-                Fate::Ignored,
-                "of an encoder: the drive comes from the preset",
-            );
+            if let Some(told) = told {
+                draft.row(
+                    told.name(),
+                    told.value.as_str(),
+                    Fate::Ignored,
+                    "of an encoder: the drive comes from the preset",
+                );
+            }
             continue;
+        }
+        // What reaches the generator goes before what the INI file says of it.
+        let steps = Steps::of_hal(hal, ini, index).or_else(|| told.map(Steps::of));
+        if let (Some(steps), Some(told)) = (&steps, told)
+            && told.name() != steps.from
+        {
+            let note = format!("{} counts", steps.from);
+            draft.row(told.name(), told.value.as_str(), Fate::Ignored, note);
         }
         // Of two motors on an axis the first counts.
-        let has = draft.axis(*axis, *turns).stepper.is_some();
-        if has {
-            draft.row(
-                steps.name(),
-                steps.value.as_str(),
-                Fate::Ignored,
-                "a further motor of the axis: one moves it here",
-            );
+        let own_axis = draft.axis(*axis, *turns);
+        if own_axis.stepper.is_some() {
+            if let Some(steps) = steps {
+                draft.row(
+                    steps.from,
+                    steps.value,
+                    Fate::Ignored,
+                    "a further motor of the axis: one moves it here",
+                );
+            }
             continue;
         }
-        // Old files have an offset behind it; the sign is the direction.
-        let first = steps.value.split_whitespace().next().unwrap_or_default();
-        let value = number(steps.line, &steps.name(), first)?.abs();
-        if value == 0.0 {
-            let message = format!("is {}; it has to be other than 0", steps.value);
-            return Err(problem(steps.line, &steps.name(), message, ""));
+        own_axis.stepper = Some(StepperDraft::default());
+        // Where nobody tells the steps they are a guess of the stepper's drive, and listed there.
+        if let Some(steps) = steps {
+            // Old files have an offset behind it; the sign is the direction.
+            let first = steps.value.split_whitespace().next().unwrap_or_default();
+            let value = number(steps.line, &steps.from, first)?.abs();
+            if value == 0.0 {
+                let message = format!("is {}; it has to be other than 0", steps.value);
+                return Err(problem(steps.line, &steps.from, message, ""));
+            }
+            let unit = if *turns { deg } else { mm };
+            let told = Told {
+                value: value / unit,
+                from: steps.from,
+                line: steps.line,
+            };
+            draft.tell(*axis, Quantity::StepsPerUnit, told, steps.value);
         }
-        let unit = if *turns { deg } else { mm };
-        let told = Told {
-            value: value / unit,
-            from: steps.name(),
-            line: steps.line,
-        };
-        draft.tell(*axis, Quantity::StepsPerUnit, told, &steps.value);
         let by = generator.map_or_else(|| "HAL".to_owned(), Entry::name);
         draft.row(
             format!("axis {axis}"),

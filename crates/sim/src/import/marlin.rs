@@ -3,7 +3,8 @@
 //! M92 steps/mm, M203 mm/s, M201 mm/s2, M906 current in mA (effective), M425 gap in mm with F and S.
 //! `#define` of DEFAULT_AXIS_STEPS_PER_UNIT, DEFAULT_MAX_FEEDRATE, DEFAULT_MAX_ACCELERATION,
 //! BACKLASH_DISTANCE_MM, BACKLASH_CORRECTION, BACKLASH_SMOOTHING_MM, X_MIN_POS, X_MAX_POS (with
-//! X_BED_SIZE), X_MICROSTEPS, X_CURRENT, COREXY. M503 tells no travel. See
+//! X_BED_SIZE), X_MICROSTEPS, X_CURRENT, COREXY. M503 tells no travel, and its answer
+//! in inches (G20) is refused. See
 //! <https://marlinfw.org/docs/configuration/configuration.html>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
@@ -154,6 +155,14 @@ fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Prob
             draft,
             "acceleration by kind of move: the limit of the axes counts",
         ),
+        // Its answer in inches divides steps of a mm by 25.4 where it should multiply them, and not
+        // every version has all of the rest in inches.
+        "G20" => {
+            let message = "the settings are in inches, in which Marlin tells wrong steps";
+            let hint = "send G21 before M503, and import that answer";
+            return Err(problem(code.line, "G20", message, hint));
+        }
+        "G21" => draft.row("G21", "", Fate::Used, "the settings are in mm"),
         "M665" => {
             let hint = "start from `machine show delta`";
             return Err(problem(code.line, "M665", "a delta is not read", hint));

@@ -18,6 +18,7 @@ mod linuxcnc_files;
 mod linuxcnc_motors;
 mod mcodes;
 mod stepper;
+mod wildcards;
 
 pub use draft::{Fate, Row};
 
@@ -124,9 +125,33 @@ pub struct Imported {
     pub rows: Vec<Row>,
 }
 
-/// Gives the text of another file that a description names, by the name as it stands there, or why
-/// it cannot be had.
-pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+/// Where other files come from that a description names. Any function from a name to a text is one.
+pub trait FileSource {
+    /// The text of a file, by the name as it stands there, or why it cannot be had.
+    ///
+    /// # Errors
+    /// The reason, for people.
+    fn text(&self, name: &str) -> Result<String, String>;
+
+    /// The names of the files in a folder, by the folder's name as it stands there, empty for that
+    /// of the description; for names with wildcards.
+    ///
+    /// # Errors
+    /// Why it cannot be had, for people.
+    fn names(&self, folder: &str) -> Result<Vec<String>, String> {
+        let _ = folder;
+        Err("folders are not looked into here".to_owned())
+    }
+}
+
+impl<F: Fn(&str) -> Result<String, String>> FileSource for F {
+    fn text(&self, name: &str) -> Result<String, String> {
+        self(name)
+    }
+}
+
+/// A source of files that is borrowed.
+pub type Files<'a> = &'a dyn FileSource;
 
 /// What an import needs besides the text.
 #[derive(Clone, Copy)]
@@ -139,7 +164,7 @@ pub struct ImportOptions<'a> {
     /// The link at which the tool is, of a URDF tree that ends in several.
     pub tip: Option<&'a str>,
     /// Where other files come from that the description names (a LinuxCNC INI's `#INCLUDE` and
-    /// HALFILE).
+    /// HALFILE, Klipper's `[include]`).
     pub files: Files<'a>,
 }
 
@@ -150,7 +175,7 @@ impl Default for ImportOptions<'_> {
             preset: None,
             max_bytes: MAX_BYTES,
             tip: None,
-            files: &|_| Err("other files are not read here".to_owned()),
+            files: &|_: &str| Err("other files are not read here".to_owned()),
         }
     }
 }
@@ -247,6 +272,13 @@ fn lettered(name: &str) -> Option<AxisId> {
     let mut letters = name.chars();
     let axis = letters.next().and_then(AxisId::from_letter)?;
     letters.all(|c| c.is_ascii_digit()).then_some(axis)
+}
+
+/// Why a position gain, 1/s, is not taken over alone.
+fn untaken_gain(gain: f64) -> String {
+    format!(
+        "position_gain_per_s = {gain:.1}: the other gains come from the preset, set it with them"
+    )
 }
 
 /// A problem at a line.

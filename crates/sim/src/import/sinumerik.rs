@@ -333,10 +333,7 @@ fn take(
         }
         "MA_POSCTRL_GAIN" => {
             let gain = positive(datum.line, &key, datum.value)? * 1e3 / 60.0;
-            let note = format!(
-                "position_gain_per_s = {gain:.1}: the other gains come from the preset, set it with them"
-            );
-            draft.row(key, datum.value, Fate::Ignored, note);
+            draft.row(key, datum.value, Fate::Ignored, super::untaken_gain(gain));
             return Ok(None);
         }
         "MA_LEADSCREW_PITCH" => {

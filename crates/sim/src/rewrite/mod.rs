@@ -132,7 +132,7 @@ struct Text {
 /// ```
 ///
 /// # Errors
-/// A line that is not rewritten, a machine whose joints do not go with X, Y and Z or whose control
+/// A line that is not rewritten, a program that was rewritten before, a machine whose joints do not go with X, Y and Z or whose control
 /// compensates already, and all errors of a run. A new program that does not help is no error:
 /// [`Rewritten::refused`].
 pub fn rewrite(

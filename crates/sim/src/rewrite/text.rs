@@ -1,8 +1,10 @@
 //! Lines of a program: what they say, and their words with other values.
 
 use super::RewriteError;
+use super::writer::MARK;
 use lostmotion_gcode::Limits;
 use lostmotion_gcode::syntax::{Block, Value, parse_block};
+use std::borrow::Cow;
 
 /// G codes that a line may have whose end point is moved.
 const PLAIN: [f64; 27] = [
@@ -38,7 +40,8 @@ pub(super) struct Line {
 /// The lines of a program, with the unit and the feed that are in force.
 ///
 /// # Errors
-/// A line that cannot be read, or that switches to what is not rewritten.
+/// A line that cannot be read, that switches to what is not rewritten, or that marks a program which
+/// was rewritten before.
 pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteError> {
     let (mut all, mut mm, mut feed) = (Vec::new(), 1.0, None);
     for (index, raw) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
@@ -48,6 +51,12 @@ pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteE
         let mut block = Block::default();
         parse_block(text, &mut block, limits)
             .map_err(|fault| refuse(number, fault.problem.to_string()))?;
+        if comment(text, &block).is_some_and(|comment| comment.contains(MARK)) {
+            return Err(refuse(
+                number,
+                "the program has been rewritten already, and would compensate twice: rewrite the original program instead",
+            ));
+        }
         for code in codes(&block, b'G') {
             if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == code) {
                 return Err(refuse(number, format!("{what} are not rewritten")));
@@ -74,6 +83,13 @@ pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteE
         });
     }
     Ok(all)
+}
+
+/// The comment of a line, in whichever way it is written.
+fn comment<'a>(text: &'a [u8], block: &Block) -> Option<Cow<'a, str>> {
+    let place = block.comment?;
+    let (from, to) = (place.start as usize, (place.start + place.len) as usize);
+    text.get(from..to).map(String::from_utf8_lossy)
 }
 
 pub(super) fn refuse(line: usize, what: impl Into<String>) -> RewriteError {

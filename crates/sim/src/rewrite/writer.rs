@@ -12,6 +12,9 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
 const DECIMALS: [usize; 2] = [4, 5];
 
+/// Mark in the header of a new program, by which it is known again.
+pub(super) const MARK: &str = "rewritten by lostmotion";
+
 /// Writes the new program.
 pub(super) fn new_text(
     lines: &[Line],
@@ -111,7 +114,7 @@ impl NewProgram {
     fn header(&mut self, program: &str, machine: &str) {
         let [x, y, z] = self.half.map(|half| format!("{half:.4}"));
         for text in [
-            format!("{program} rewritten by lostmotion {} for machine {machine}", env!("CARGO_PKG_VERSION")),
+            format!("{program} {MARK} {} for machine {machine}", env!("CARGO_PKG_VERSION")),
             format!("for a control WITHOUT backlash compensation; half gaps in mm: X {x} Y {y} Z {z}"),
             "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap".to_owned(),
             "do not run it where the control compensates, nor after a repair of screws or bearings".to_owned(),

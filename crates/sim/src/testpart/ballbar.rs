@@ -25,18 +25,23 @@ impl BallbarTest {
     /// The circle of a machine in XY.
     ///
     /// # Errors
-    /// A radius or a feed that travel or limits do not allow.
+    /// A radius or a feed that travel or limits do not allow; as [`Simulation::check`] where the
+    /// machine runs none of the usual circles.
     pub fn new(machine: &Machine, options: &TestOptions) -> Result<BallbarTest, SimError> {
         let plane = plane(machine)?;
-        let radius_mm = radius(&plane, options.radius_mm)?;
-        Ok(BallbarTest {
-            circle: Circle {
-                plane: Plane::Xy,
-                center_mm: plane.map(|way| way.middle),
-                radius_mm,
-            },
-            feed_mm_min: feed(&plane, radius_mm, options.feed_mm_min)?,
-        })
+        let of = |radius_mm: f64| -> Result<BallbarTest, SimError> {
+            Ok(BallbarTest {
+                circle: Circle {
+                    plane: Plane::Xy,
+                    center_mm: plane.map(|way| way.middle),
+                    radius_mm,
+                },
+                feed_mm_min: feed(&plane, radius_mm, options.feed_mm_min)?,
+            })
+        };
+        of(radius(machine, &plane, options.radius_mm, |radius_mm| {
+            Ok(of(radius_mm)?.program(Dialect::LinuxCnc, machine))
+        })?)
     }
 
     /// The program for a control.

@@ -14,6 +14,8 @@ pub use ballbar::{BallbarTest, simulate_ballbar};
 use crate::commission;
 use crate::error::SimError;
 use crate::machine::{Machine, MachineAxis};
+use crate::program::Program;
+use crate::simulation::Simulation;
 use dialect::{Writer, word};
 use lostmotion_base::AxisId;
 use lostmotion_base::units::deg;
@@ -91,7 +93,8 @@ impl fmt::Display for TestKind {
 pub struct TestOptions {
     /// Dialect; the machine's if `None`.
     pub dialect: Option<Dialect>,
-    /// Radius of the circle, mm; the largest usual bar that fits if `None`.
+    /// Radius of the circle, mm; the largest of 300, 150, 100 and 50 that the machine can run if
+    /// `None`.
     pub radius_mm: Option<f64>,
     /// Feed of the circle, mm/min; 1000, or less where the limits ask for it, if `None`.
     pub feed_mm_min: Option<f64>,
@@ -112,7 +115,8 @@ pub struct TestOptions {
 ///
 /// # Errors
 /// [`SimError::Refused`]: a dialect that is not written, a circle that the travel or the limits do not
-/// allow, kinematics whose joints a program does not move one by one.
+/// allow, kinematics whose joints a program does not move one by one. As [`Simulation::check`] where
+/// the machine runs none of the usual circles.
 pub fn program(
     machine: &Machine,
     kind: TestKind,
@@ -256,9 +260,16 @@ fn feed(plane: &[Way; 2], radius_mm: f64, asked: Option<f64>) -> Result<f64, Sim
     }
 }
 
-/// The radius asked for, or the largest usual one that fits.
-fn radius(plane: &[Way; 2], asked: Option<f64>) -> Result<f64, SimError> {
+/// The radius asked for, or the largest usual one that fits: whose program, which `text` writes for
+/// LinuxCNC, the machine can run.
+fn radius(
+    machine: &Machine,
+    plane: &[Way; 2],
+    asked: Option<f64>,
+    text: impl Fn(f64) -> Result<String, SimError>,
+) -> Result<f64, SimError> {
     let most = plane[0].half.min(plane[1].half);
+    let largest = (10.0 * most).floor() / 10.0;
     match asked {
         Some(radius) if !(radius.is_finite() && radius > 0.0) => Err(SimError::refused(
             format!("a radius of {radius} mm"),
@@ -268,12 +279,27 @@ fn radius(plane: &[Way; 2], asked: Option<f64>) -> Result<f64, SimError> {
             format!(
                 "a circle of {radius} mm radius does not fit the travel with a tenth of it clear at each end"
             ),
-            format!("the largest has {:.1} mm", (10.0 * most).floor() / 10.0),
+            format!("the largest has {largest:.1} mm"),
         )),
         Some(radius) => Ok(radius),
         None => {
-            let bar = BARS_MM.into_iter().find(|bar| *bar <= most);
-            Ok(bar.unwrap_or((10.0 * most).floor() / 10.0))
+            let mut bars: Vec<f64> = BARS_MM.into_iter().filter(|bar| *bar <= most).collect();
+            if bars.is_empty() {
+                bars.push(largest);
+            }
+            // Where joints are not the program's axes only the machine itself tells what fits.
+            let mut refused = None;
+            for bar in bars {
+                let program = Program::from_str("the test", &text(bar)?);
+                let checked = Simulation::new(&program, machine)
+                    .dialect(Dialect::LinuxCnc)
+                    .check();
+                match checked {
+                    Ok(_) => return Ok(bar),
+                    Err(error) => refused = Some(error),
+                }
+            }
+            refused.map_or(Ok(largest), Err)
         }
     }
 }
@@ -281,7 +307,23 @@ fn radius(plane: &[Way; 2], asked: Option<f64>) -> Result<f64, SimError> {
 /// Circles of three sizes and two feeds, each in both senses.
 fn circles(machine: &Machine, dialect: Dialect, options: &TestOptions) -> Result<String, SimError> {
     let plane = plane(machine)?;
-    let largest = radius(&plane, options.radius_mm)?;
+    let text = |dialect: Dialect, largest: f64| {
+        circles_up_to(largest, machine, &plane, dialect, options.feed_mm_min)
+    };
+    let largest = radius(machine, &plane, options.radius_mm, |radius_mm| {
+        text(Dialect::LinuxCnc, radius_mm)
+    })?;
+    text(dialect, largest)
+}
+
+/// The circles of which the largest has this radius.
+fn circles_up_to(
+    largest: f64,
+    machine: &Machine,
+    plane: &[Way; 2],
+    dialect: Dialect,
+    asked: Option<f64>,
+) -> Result<String, SimError> {
     let [x, y] = plane.map(|way| way.middle);
     let mut writer = Writer::new(
         dialect,
@@ -293,8 +335,8 @@ fn circles(machine: &Machine, dialect: Dialect, options: &TestOptions) -> Result
     for part in [1.0, 0.5, 0.2] {
         let radius = part * largest;
         // Of smaller circles the limits may ask for less than was asked of the largest.
-        let most = fastest(&plane, radius);
-        let usual = feed(&plane, largest, options.feed_mm_min)?.min(most);
+        let most = fastest(plane, radius);
+        let usual = feed(plane, largest, asked)?.min(most);
         for feed in [usual, (0.2 * usual).max(1.0)] {
             for (code, name) in [("G3", "counter-clockwise"), ("G2", "clockwise")] {
                 writer.remark(&format!(

@@ -4,7 +4,7 @@ use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
 use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::control::Control;
-use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, Imported, import};
+use lostmotion_sim::import::{Fate, FileSource, ImportFormat, ImportOptions, Imported, import};
 use lostmotion_sim::{Machine, Program, Simulation};
 
 fn read_with(
@@ -180,6 +180,92 @@ fn klipper_includes() {
     assert!(error.contains("more than 16 deep"), "{error}");
 }
 
+/// A folder with files, as the description names them.
+struct Folder(&'static [(&'static str, &'static str)]);
+
+impl FileSource for Folder {
+    fn text(&self, name: &str) -> Result<String, String> {
+        let found = self.0.iter().find(|(own, _)| *own == name);
+        found.map_or_else(
+            || Err("no such file".to_owned()),
+            |(_, text)| Ok((*text).to_owned()),
+        )
+    }
+
+    fn names(&self, folder: &str) -> Result<Vec<String>, String> {
+        let stroke = if folder.is_empty() { "" } else { "/" };
+        let within = self.0.iter().filter_map(|(name, _)| {
+            let name = name.strip_prefix(folder)?.strip_prefix(stroke)?;
+            (!name.contains('/')).then(|| name.to_owned())
+        });
+        Ok(within.collect())
+    }
+}
+
+/// A file of 60 bytes.
+const HEAVY: &str = "# 3456789 123456789 123456789 123456789 123456789 123456789\n";
+
+/// In the order of names, whatever the folder's own; names begin in the folder of their file.
+#[test]
+fn klipper_includes_with_wildcards() {
+    let folder = Folder(&[
+        ("extra/b.cfg", "[include c.inc]\n"),
+        ("extra/a.cfg", "[stepper_x]\nposition_max: 100\n"),
+        ("extra/c.inc", "[stepper_x]\nposition_max: 200\n"),
+        ("extra/.hidden.cfg", "[stepper_x]\nposition_max: 7\n"),
+        ("m1.cfg", "[stepper_y]\nposition_max: 11\n"),
+        ("m2.cfg", "[stepper_y]\nposition_max: 12\n"),
+        ("mx.cfg", "[stepper_y]\nposition_max: 13\n"),
+        ("ring/r.cfg", "[include *.cfg]\n"),
+        ("heavy/1.cfg", HEAVY),
+        ("heavy/2.cfg", HEAVY),
+    ]);
+    let options = ImportOptions {
+        files: &folder,
+        ..ImportOptions::default()
+    };
+    let read = |more: &str, options: &ImportOptions<'_>| {
+        read_with("p.cfg", &format!("{KLIPPER}{more}"), options)
+    };
+    let more =
+        "[include extra/*.cfg]\n[include m[!a-z].c?g]\n[include none/*]\n[include */a.cfg]\n";
+    let (told, machine) = read(more, &options).unwrap();
+    let most = |axis| machine.axis(axis).unwrap().limits.max;
+    assert_eq!((most(AxisId::X), most(AxisId::Y)), (200.0, 12.0));
+    let rows = told.rows.iter().filter(|row| row.key == "[include]");
+    let rows: Vec<_> = rows
+        .map(|row| (row.value.as_str(), row.note.as_str()))
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            ("extra/a.cfg", "read in its place"),
+            ("extra/b.cfg", "read in its place"),
+            ("extra/c.inc", "read in its place"),
+            ("m1.cfg", "read in its place"),
+            ("m2.cfg", "read in its place"),
+            ("none/*", "matches no file"),
+            ("*/a.cfg", "not read (wildcards in the name of a folder)"),
+        ]
+    );
+    let error = read("[include ring/*]\n", &options).unwrap_err();
+    assert!(error.contains("more than 16 deep"), "{error}");
+    let few = ImportOptions {
+        max_bytes: 1000,
+        ..options
+    };
+    let error = read(&"[include heavy/*.cfg]\n".repeat(9), &few).unwrap_err();
+    assert!(
+        error.contains("included files have more than 1000 bytes"),
+        "{error}"
+    );
+    // A source that only knows names says so.
+    let (told, _) = read("[include extra/*.cfg]\n", &ImportOptions::default()).unwrap();
+    assert!(told.rows.iter().any(|row| {
+        row.value == "extra/*.cfg" && row.note == "not read (folders are not looked into here)"
+    }));
+}
+
 const FLUIDNC: &str = "name: Router # mine\nboard: X\naxes:\n  x:\n    steps_per_mm: 400\n    max_rate_mm_per_min: 6000\n    acceleration_mm_per_sec2: 200\n    max_travel_mm: 300\n    homing:\n      positive_direction: false\n      mpos_mm: 2\n    motor0:\n      tmc_2209:\n        microsteps: 16\n        run_amps: 1.2\n    motor1:\n      tmc_2209:\n        microsteps: 8\n  Z:\n    steps_per_mm: 800\n    max_rate_mm_per_min: 1200\n    max_rate_mm_per_min: 1500\n    max_travel_mm: 100\n    motor0:\n      standard_stepper:\n        step_pin: gpio.1\n  a:\n    steps_per_mm: 17.7778\n    max_rate_mm_per_min: 3600\n";
 
 #[test]
@@ -275,6 +361,15 @@ fn marlin_answers_and_headers_say_the_same() {
     }
     assert_eq!(b.axis(AxisId::X).unwrap().limits.max, 220.0);
     assert!((b.axis(AxisId::X).unwrap().config.drive.current_limit_a - 1.1314).abs() < 1e-4);
+    let inches = format!("echo:  G20 ; (in)\n{dump}");
+    let bad = refused("dump.gcode", &inches);
+    assert!(
+        bad.contains("dump.gcode:1:1: G20: the settings are in inches")
+            && bad.contains("hint: send G21 before M503"),
+        "{bad}"
+    );
+    let (told, _) = read("dump.gcode", &inches.replace("G20 ; (in)", "G21"));
+    assert_eq!(fate(&told, "G21"), Fate::Used);
     let bad = refused("dump.gcode", &dump.replace("Z5.00", "Z-5"));
     assert!(
         bad.contains("dump.gcode:3:1: M203 Z: is -5; it has to be above 0"),
@@ -405,6 +500,92 @@ fn linuxcnc_steppers_and_its_files() {
     }
 }
 
+/// Generators that only HAL has, limits that it sets, and what of it is not read.
+#[test]
+fn linuxcnc_steppers_of_hal() {
+    let joint = |index: usize, more: &str| {
+        format!(
+            "[JOINT_{index}]\nMIN_LIMIT = 0\nMAX_LIMIT = 300\nMAX_VELOCITY = 30\nMAX_ACCELERATION = 300\nBACKLASH = 0.02\n{more}"
+        )
+    };
+    let ini = |more: &str| {
+        let joints: String = (0..3).map(|index| joint(index, more)).collect();
+        format!(
+            "[KINS]\nKINEMATICS = trivkins\n[HAL]\nHALCMD = setp ini.1.backlash 0.07\nHALCMD = setp ini.1.jerk 7\nHALFILE = x.hal\nHALFILE = gone.hal\n{joints}"
+        )
+    };
+    let with = |text: &str, hal: &str| {
+        let files = |name: &str| match name {
+            "x.hal" => Ok(hal.to_owned()),
+            _ => Err("no such file".to_owned()),
+        };
+        let options = ImportOptions {
+            files: &files,
+            ..ImportOptions::default()
+        };
+        read_with("mill.ini", text, &options).unwrap()
+    };
+    let turn = |machine: &Machine, id| {
+        let config = &machine.axis(id).unwrap().config;
+        // Open loop: no integral part.
+        (config.drive.velocity_time_s > 100.0)
+            .then(|| std::f64::consts::TAU / config.transmission.motor_rad_per_unit())
+    };
+    let all = |machine: &Machine| [AxisId::X, AxisId::Y, AxisId::Z].map(|id| turn(machine, id));
+    let loaded = "loadrt stepgen step_type=0,0\nsetp stepgen.0.position-scale   400\nsetp ini.1.backlash 9 # a command counts more\n";
+    let (told, machine) = with(&ini(""), loaded);
+    let [x, y, z] = all(&machine);
+    assert!(near(x.unwrap(), 8.0) && y.is_some() && z.is_none());
+    assert!(guesses(&told).contains(&"axis.y.transmission"));
+    assert_eq!(
+        fate(&told, "[HAL] setp stepgen.0.position-scale"),
+        Fate::Used
+    );
+    let gap = |id| machine.axis(id).unwrap().config.gap_in_unit();
+    assert!(near(gap(AxisId::X), 0.02) && near(gap(AxisId::Y), 0.07));
+    let rows = |key: &str| -> Vec<_> {
+        let rows = told.rows.iter().filter(|row| row.key == key);
+        rows.map(|row| (row.value.as_str(), row.fate, row.note.as_str()))
+            .collect()
+    };
+    assert_eq!(
+        rows("[JOINT_1] BACKLASH"),
+        [("0.02", Fate::Ignored, "[HAL] setp ini.1.backlash counts")]
+    );
+    assert_eq!(
+        rows("[HAL] setp ini.1.jerk"),
+        [("7", Fate::Ignored, "no limit that is read")]
+    );
+    let note = "read for pins of kinematics, step generators and limits";
+    assert_eq!(
+        rows("[HAL] HALFILE"),
+        [
+            ("x.hal", Fate::Used, note),
+            ("gone.hal", Fate::Ignored, "not read (no such file)")
+        ]
+    );
+    // The INI file's steps by HAL's reference, those of a card, and a pin alone.
+    let card =
+        "setp hm2_7i76e.0.stepgen.00.position-scale [JOINT_0]MY_STEPS\nnet on stepgen.2.enable\n";
+    let (told, machine) = with(&ini("MY_STEPS = 160\n"), card);
+    let [x, y, z] = all(&machine);
+    assert!(near(x.unwrap(), 20.0) && y.is_none() && z.is_some());
+    assert_eq!(fate(&told, "[JOINT_0] MY_STEPS"), Fate::Used);
+    // What HAL sets itself goes before the INI file's.
+    let (told, machine) = with(&ini("SCALE = 50\n"), loaded);
+    assert!(near(turn(&machine, AxisId::X).unwrap(), 8.0));
+    let row = told
+        .rows
+        .iter()
+        .find(|row| row.key == "[JOINT_0] SCALE")
+        .unwrap();
+    assert_eq!(row.note, "[HAL] setp stepgen.0.position-scale counts");
+    // The INI file alone: a generator whose steps it does not tell.
+    let (told, machine) = with(&ini("STEPGEN_MAXACCEL = 400\n"), "");
+    assert!(all(&machine).iter().all(Option::is_some));
+    assert!(guesses(&told).contains(&"axis.x.transmission"));
+}
+
 const SINUMERIK: &str = "CHANDATA(1)\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[1]=\"C1\"\nN10000 $MN_AXCONF_MACHAX_NAME_TAB[2]=\"SP\"\nN30300 $MA_IS_ROT_AX[AX2]=1\nN32000 $MA_MAX_AX_VELO[AX1]=30000 '2f\nN32300 $MA_MAX_AX_ACCEL[0,AX1]=4\nN32300 $MA_MAX_AX_ACCEL[1,AX1]=1\nN32431 $MA_MAX_AX_JERK[0,AX1]=50\nN32450 $MA_BACKLASH[0,AX1]=0.012\nN36100 $MA_POS_LIMIT_MINUS[0,AX1]=-700\nN36110 $MA_POS_LIMIT_PLUS[0,AX1]=10\nN32000 $MA_MAX_AX_VELO[AX2]=50\nN32300 $MA_MAX_AX_ACCEL[0,AX2]=2\nN36110 $MA_POS_LIMIT_PLUS[0,AX2]=100000000\nN35000 $MA_SPIND_ASSIGN_TO_MACHAX[AX3]=1\nN32000 $MA_MAX_AX_VELO[AX3]=9000\n";
 
 #[test]
@@ -466,6 +647,14 @@ fn fanuc_parameters() {
     let following = x.monitor_limits().following.unwrap();
     assert!(near(following.at(500.0), 8.0) && near(following.at(0.0), 0.5));
     assert!(guesses(&told).contains(&"N1851 A1"));
+    // 0.01 1/s, and listed only.
+    let gains = FANUC.replace("N01851Q1A1P12", "N01825Q1A1P3000A2P5000\nN01851Q1A1P12");
+    let (told, _) = read("CNC-PARA.TXT", &gains);
+    let row = told.rows.iter().find(|row| row.key == "N1825 A2").unwrap();
+    assert!(
+        row.note.starts_with("position_gain_per_s = 50.0: "),
+        "{row:?}"
+    );
     let bad = refused("p.txt", &FANUC.replace("N01851Q1A1P12", "N01851Q1A1P1e"));
     assert!(
         bad.contains("p.txt:12:1: N01851Q1A1P1eA2P4: is no parameter"),

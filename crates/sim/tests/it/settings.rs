@@ -1,6 +1,7 @@
 //! Settings of controls, and programs rewritten for controls without any: against the machine's own
 //! figures, closed forms, and the front end.
 
+use lostmotion_gcode::Dialect;
 use lostmotion_sim::control::Control;
 use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recommend::{RecommendOptions, recommend};
@@ -298,6 +299,39 @@ fn what_is_not_rewritten_is_told_by_its_line() {
         error.contains("half the gap of X is 20.0 um, more than the 5 um"),
         "{error}"
     );
+}
+
+/// Twice rewritten is twice compensated: the mark is found behind the head of any dialect.
+#[test]
+fn a_rewritten_program_is_not_rewritten() {
+    let options = SimulateOptions::default();
+    for (dialect, head) in [
+        (Dialect::LinuxCnc, ""),
+        (Dialect::Fanuc, "%\nO0001\n"),
+        (Dialect::Marlin, ""),
+    ] {
+        let options = SimulateOptions {
+            dialect: Some(dialect),
+            ..options.clone()
+        };
+        let of = |text: &str| {
+            rewrite(
+                &program(text),
+                &machine(),
+                &options,
+                &RewriteOptions::default(),
+            )
+        };
+        let new = of(&format!("{head}{ARC}")).unwrap();
+        let error = of(&new.text).unwrap_err().to_string();
+        let line = head.lines().count() + 1;
+        assert!(
+            error.starts_with(&format!(
+                "line {line}: the program has been rewritten already"
+            )) && error.contains("rewrite the original program instead"),
+            "{error}"
+        );
+    }
 }
 
 /// Inch with a plane of its own, and an interval that is too wide.

@@ -92,8 +92,14 @@ fn every_machine_has_its_tests_or_says_why_not() {
                         .check()
                         .unwrap_or_else(|error| panic!("{} {kind}: {error}", preset.name));
                 }
-                // Around the program's zero, where the travel tells nothing: tried by simulating it.
-                Ok(_) => assert!(matches!(kind, TestKind::Circle | TestKind::Ballbar)),
+                // Around the program's zero, where the travel of the joints tells nothing.
+                Ok(text) => {
+                    assert!(matches!(kind, TestKind::Circle | TestKind::Ballbar));
+                    Simulation::new(&Program::from_str("test", &text), &machine)
+                        .dialect(Dialect::LinuxCnc)
+                        .check()
+                        .unwrap_or_else(|error| panic!("{} {kind}: {error}", preset.name));
+                }
                 Err(error) => {
                     assert!(!is_cartesian, "{} {kind}: {error}", preset.name);
                     assert!(error.to_string().contains("one by one"), "{error}");
@@ -101,6 +107,31 @@ fn every_machine_has_its_tests_or_says_why_not() {
             }
         }
     }
+}
+
+/// The largest usual circle is the largest that the machine runs: 300 mm on none of these.
+#[test]
+fn usual_circles_are_those_that_the_machine_runs() {
+    for (name, radius_mm) in [("trunnion5", 150.0), ("corexy", 150.0), ("scara", 150.0)] {
+        let machine = Machine::preset(name).unwrap();
+        let test = BallbarTest::new(&machine, &TestOptions::default()).unwrap();
+        assert_eq!(test.circle.radius_mm, radius_mm, "{name}");
+        let text = program(&machine, TestKind::Circle, &options(Dialect::Marlin)).unwrap();
+        assert!(
+            text.contains(&format!("; radius {radius_mm:.0}. mm")),
+            "{text}"
+        );
+    }
+    // Where none fits, the refusal of the smallest, in plain numbers.
+    let scara = presets().iter().find(|preset| preset.name == "scara");
+    let far = scara.unwrap().toml.replace("x_mm = 450.0", "x_mm = 680.0");
+    let machine = Machine::from_toml("far.toml", &far).unwrap();
+    let error = program(&machine, TestKind::Ballbar, &TestOptions::default()).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("cannot reach X 699.134 mm, Y -46.194 mm, Z -150.000 mm: the arms reach"),
+        "{error}"
+    );
 }
 
 /// The lost motion of a simulated machine is its gap and the wind-up of its friction, and the axis
