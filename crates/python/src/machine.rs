@@ -1,7 +1,8 @@
 //! Machines.
 
 use crate::error::Refusal;
-use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, import};
+use lostmotion::sim::files;
+use lostmotion::sim::import::{FileSource, ImportFormat, ImportOptions, MAX_BYTES, import};
 use lostmotion::sim::machine::{self, AxisReview, Change, MachineError, MachineFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
@@ -228,6 +229,26 @@ pub(crate) struct Imported {
     rows: Vec<(String, String, &'static str, String)>,
 }
 
+/// Files that a description names, in its folder where it has one.
+struct Beside(Option<PathBuf>);
+
+impl Beside {
+    fn path(&self, name: &str) -> Result<PathBuf, String> {
+        let folder = self.0.as_ref().ok_or("other files are not read here")?;
+        Ok(folder.join(name))
+    }
+}
+
+impl FileSource for Beside {
+    fn text(&self, name: &str) -> Result<String, String> {
+        files::text(&self.path(name)?).map_err(|error| error.to_string())
+    }
+
+    fn names(&self, folder: &str) -> Result<Vec<String>, String> {
+        files::names(&self.path(folder)?).map_err(|error| error.to_string())
+    }
+}
+
 /// Turns another program's description of a machine into a machine.
 #[pyfunction]
 #[pyo3(signature = (text, name, format, preset, tip, max_bytes, folder))]
@@ -259,10 +280,7 @@ pub(crate) fn import_machine(
             &hint,
         )
     })?;
-    let files = |file: &str| {
-        let folder = folder.as_ref().ok_or("other files are not read here")?;
-        std::fs::read_to_string(folder.join(file)).map_err(|error| error.to_string())
-    };
+    let files = Beside(folder);
     let options = ImportOptions {
         preset,
         max_bytes: max_bytes.unwrap_or(MAX_BYTES),

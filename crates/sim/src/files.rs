@@ -52,6 +52,28 @@ mod system {
         path.canonicalize()
     }
 
+    /// Names of the files in a folder, in no particular order; those that are no text are left out.
+    ///
+    /// # Errors
+    /// There is no such folder, or it may not be looked into.
+    pub fn names(folder: &Path) -> io::Result<Vec<String>> {
+        // A path without a folder is beside the program that runs.
+        let here = Path::new(".");
+        let folder = if folder == Path::new("") {
+            here
+        } else {
+            folder
+        };
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(folder)? {
+            let entry = entry?;
+            if entry.path().is_file() {
+                names.extend(entry.file_name().into_string());
+            }
+        }
+        Ok(names)
+    }
+
     /// Whether there is a file at the path.
     pub fn is_file(path: &Path) -> bool {
         path.is_file()
@@ -118,6 +140,14 @@ mod none {
     /// # Errors
     /// Always.
     pub fn resolved(_: &Path) -> io::Result<PathBuf> {
+        refused()
+    }
+
+    /// Refused.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn names(_: &Path) -> io::Result<Vec<String>> {
         refused()
     }
 

@@ -8,7 +8,10 @@ use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Table};
-use lostmotion::sim::import::{ImportFormat, ImportOptions, MAX_BYTES, Row, import as imported};
+use lostmotion::sim::files;
+use lostmotion::sim::import::{
+    FileSource, ImportFormat, ImportOptions, MAX_BYTES, Row, import as imported,
+};
 use lostmotion::sim::machine::presets;
 use lostmotion::sim::{Machine, machine::MachineAxis};
 use std::path::{Path, PathBuf};
@@ -65,7 +68,7 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
             format!("name it with --from: {known}"),
         )
     })?;
-    let beside = |file: &str| beside(&args.file, file);
+    let beside = Beside(&args.file);
     let options = ImportOptions {
         preset: args.preset.as_deref(),
         max_bytes: args.max_bytes,
@@ -90,24 +93,36 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
     }
 }
 
-/// The text of a file that a description names: in the folder of the description, or below the
-/// user's own where it begins with `~`.
-fn beside(description: &Path, file: &str) -> Result<String, String> {
-    if is_standard(description) {
-        return Err("it would be beside a file, and this is stdin".to_owned());
-    }
-    let path = match file.strip_prefix("~/") {
-        Some(rest) => {
-            let home = std::env::var_os("HOME").ok_or("there is no home folder")?;
-            PathBuf::from(home).join(rest)
+/// Files that a description names: in its own folder, or below the user's where the name begins with `~`.
+struct Beside<'a>(&'a Path);
+
+impl Beside<'_> {
+    fn path(&self, name: &str) -> Result<PathBuf, String> {
+        if is_standard(self.0) {
+            return Err("it would be beside a file, and this is stdin".to_owned());
         }
-        None => description.parent().unwrap_or(Path::new("")).join(file),
-    };
-    input::text(&path, "file").map_err(|failure| {
-        let text = failure.text();
-        let message = text.lines().next().unwrap_or_default();
-        message.trim_start_matches("error: ").to_owned()
-    })
+        Ok(match name.strip_prefix("~/") {
+            Some(rest) => {
+                let home = std::env::var_os("HOME").ok_or("there is no home folder")?;
+                PathBuf::from(home).join(rest)
+            }
+            None => self.0.parent().unwrap_or(Path::new("")).join(name),
+        })
+    }
+}
+
+impl FileSource for Beside<'_> {
+    fn text(&self, name: &str) -> Result<String, String> {
+        input::text(&self.path(name)?, "file").map_err(|failure| {
+            let text = failure.text();
+            let message = text.lines().next().unwrap_or_default();
+            message.trim_start_matches("error: ").to_owned()
+        })
+    }
+
+    fn names(&self, folder: &str) -> Result<Vec<String>, String> {
+        files::names(&self.path(folder)?).map_err(|error| error.to_string())
+    }
 }
 
 fn report(rows: &[Row]) -> String {

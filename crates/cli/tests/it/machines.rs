@@ -616,6 +616,25 @@ fn a_printer_is_imported_checked_and_measured() {
         &[&check[..], &["--max-motion-s", "1"]].concat(),
         &["are more than 1 s of motion", "hint: "],
     );
+    // Included files by a pattern.
+    std::fs::create_dir(bench.path("parts")).unwrap();
+    bench
+        .file(
+            "all.cfg",
+            "[include parts/*.cfg]\n[printer]\nmax_velocity: 200\nmax_accel: 1000\n",
+        )
+        .file(
+            "parts/x.cfg",
+            "[stepper_x]\nmicrosteps: 16\nrotation_distance: 32\nposition_max: 200\n",
+        )
+        .file(
+            "parts/y.cfg",
+            "[stepper_y]\nmicrosteps: 16\nrotation_distance: 40\nposition_max: 200\n",
+        )
+        .file("parts/z.txt", "no description\n");
+    bench.expect(0, &["machine", "import", "all.cfg", "--out", "all.toml"]);
+    let machine = std::fs::read_to_string(bench.path("all.toml")).unwrap();
+    assert!(machine.contains("lead_mm = 32.0 # [stepper_x] rotation_distance"));
     bench.refuses(
         &["machine", "import", "odd.txt"],
         &["the format is not recognised", "klipper, fluidnc, duet"],

@@ -2,9 +2,10 @@
 //!
 //! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
 //! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
-//! acceleration before interpolation (mm/s2), 1800#4 RBK, 1825 position gain (0.01/s,
-//! listed only), 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths without a point are in the increment of the axis, gaps and
-//! deviations in detection units. Source: parameter manuals B-63090EN, B-64120EN, B-64490EN.
+//! acceleration before interpolation (mm/s2), 1800#4 RBK, 1825 position gain (0.01/s, listed only),
+//! 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths without a point are
+//! in the increment of the axis, gaps and deviations in detection units. Source: parameter manuals
+//! B-63090EN, B-64120EN, B-64490EN.
 
 use super::draft::{Draft, Fate, Quantity, Told};
 use super::{Format, ImportOptions, not_negative, number, problem};

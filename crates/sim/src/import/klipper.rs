@@ -3,8 +3,9 @@
 //! `[printer]` kinematics, max_velocity, max_accel, max_z_velocity, max_z_accel (mm, s); of every
 //! `[stepper_x]` rotation_distance, gear_ratio, microsteps, full_steps_per_rotation, position_min,
 //! position_max (mm); of its driver (`[tmc2209 stepper_x]`) run_current (A, effective). Files that
-//! `[include FILE]` names are read, in the order of their names where it has wildcards. What SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting
-//! for a gap. See <https://www.klipper3d.org/Config_Reference.html>.
+//! `[include FILE]` names are read, in the order of their names where it has wildcards. What
+//! SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting for a gap. See
+//! <https://www.klipper3d.org/Config_Reference.html>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
 use super::{Format, ImportOptions, number, positive, problem, wildcards};
