@@ -6,7 +6,7 @@
 
 use super::draft::{Draft, Fate};
 use super::ini::{Entry, Ini};
-use super::{ImportOptions, linuxcnc_files, number, problem};
+use super::{ImportOptions, number, problem};
 use crate::machine::Problem;
 
 /// A command of HAL.
@@ -45,7 +45,7 @@ impl Hal {
         // All files before all commands, wherever they stand.
         for entry in of("HALFILE") {
             // Files of the system's library, and missing ones, are told as not read.
-            let Some(text) = linuxcnc_files::text(draft, entry, &left) else {
+            let Some(text) = entry.text(draft, &left) else {
                 continue;
             };
             // All of them are kept: together they have no more bytes than one may have.

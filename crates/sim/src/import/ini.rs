@@ -2,6 +2,7 @@
 //! files that `#INCLUDE` puts in its line's place. See
 //! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
+use super::draft::{Draft, Fate};
 use super::{ImportOptions, problem};
 use crate::machine::Problem;
 
@@ -21,6 +22,18 @@ pub(super) struct Entry {
 }
 
 impl Entry {
+    /// The text of the file that it names; a missing one is reported.
+    pub(super) fn text(&self, draft: &mut Draft, options: &ImportOptions<'_>) -> Option<String> {
+        let file = self.value.split_whitespace().next()?;
+        let why = match options.files.text(file) {
+            Ok(text) if text.len() <= options.max_bytes => return Some(text),
+            Ok(text) => format!("not read: {} bytes", text.len()),
+            Err(why) => format!("not read ({why})"),
+        };
+        draft.row(self.name(), file, Fate::Ignored, why);
+        None
+    }
+
     /// `[SECTION] KEY`.
     pub(super) fn name(&self) -> String {
         match &self.pin {

@@ -52,22 +52,6 @@ impl NamedFile<'_> {
     }
 }
 
-/// The text of the file that an entry names; a missing one is reported.
-pub(super) fn text(
-    draft: &mut Draft,
-    entry: &Entry,
-    options: &ImportOptions<'_>,
-) -> Option<String> {
-    let file = entry.value.split_whitespace().next()?;
-    let why = match options.files.text(file) {
-        Ok(text) if text.len() <= options.max_bytes => return Some(text),
-        Ok(text) => format!("not read: {} bytes", text.len()),
-        Err(why) => format!("not read ({why})"),
-    };
-    draft.row(entry.name(), file, Fate::Ignored, why);
-    None
-}
-
 /// Takes an entry that is about none of the limits; false if it is something else.
 pub(super) fn take(
     draft: &mut Draft,
@@ -110,7 +94,7 @@ fn tools(
     named: &NamedFile<'_>,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let Some(text) = text(draft, named.entry, options) else {
+    let Some(text) = named.entry.text(draft, options) else {
         return Ok(());
     };
     let key = named.entry.name();
@@ -165,7 +149,7 @@ fn parameters(
     named: &NamedFile<'_>,
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
-    let Some(text) = text(draft, named.entry, options) else {
+    let Some(text) = named.entry.text(draft, options) else {
         return Ok(());
     };
     let before = draft.offsets.len();
@@ -306,7 +290,7 @@ pub(super) fn screw(
     options: &ImportOptions<'_>,
 ) -> Result<(), Problem> {
     let named = NamedFile { entry, mm };
-    let Some(text) = text(draft, named.entry, options) else {
+    let Some(text) = named.entry.text(draft, options) else {
         return Ok(());
     };
     if let Some(kind) = kind {

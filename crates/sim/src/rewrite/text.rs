@@ -1,10 +1,12 @@
 //! Lines of a program: what they say, and their words with other values.
 
 use super::RewriteError;
-use super::writer::MARK;
 use lostmotion_gcode::Limits;
 use lostmotion_gcode::syntax::{Block, Value, parse_block};
 use std::borrow::Cow;
+
+/// Mark in the header of a new program, by which it is known again.
+pub(super) const MARK: &str = "rewritten by lostmotion";
 
 /// G codes that a line may have whose end point is moved.
 const PLAIN: [f64; 27] = [

@@ -1,7 +1,7 @@
 //! The new program: end points moved, arcs in pieces, take-ups put in.
 
 use super::results::Rewritten;
-use super::text::{Line, refuse};
+use super::text::{Line, MARK, refuse};
 use super::{Original, ROUNDING_MM, RewriteError, STILL_MM, Text, stretches};
 use lostmotion_gcode::Dialect;
 use lostmotion_path::Curve;
@@ -11,9 +11,6 @@ pub(super) const LETTERS: [u8; 3] = *b"XYZ";
 const CENTRES: [u8; 3] = *b"IJK";
 /// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
 const DECIMALS: [usize; 2] = [4, 5];
-
-/// Mark in the header of a new program, by which it is known again.
-pub(super) const MARK: &str = "rewritten by lostmotion";
 
 /// Writes the new program.
 pub(super) fn new_text(
