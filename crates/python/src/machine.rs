@@ -252,7 +252,6 @@ impl FileSource for Beside {
 /// Turns another program's description of a machine into a machine.
 #[pyfunction]
 #[pyo3(signature = (text, name, format, preset, tip, max_bytes, folder))]
-#[expect(clippy::needless_pass_by_value, reason = "Python hands a path over")]
 pub(crate) fn import_machine(
     text: &str,
     name: &str,

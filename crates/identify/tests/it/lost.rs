@@ -1,5 +1,6 @@
 //! Lost motion of known size: at once, along the load's travel, and both.
 
+use lostmotion_base::math;
 use lostmotion_base::random::Random;
 use lostmotion_identify::body::{BodyLog, LostMotion, fit_lost_motion};
 
@@ -17,7 +18,7 @@ impl Loss {
     /// The state behind a travel to one side.
     fn after(&self, state: f64, travel: f64, side: f64) -> f64 {
         let end = 0.5 * side * self.along;
-        end + (state - end) * (-3.0 * travel / self.saturates_after).exp()
+        end + (state - end) * math::exp(-3.0 * travel / self.saturates_after)
     }
 
     /// 20 s of a motion of so many metres at 1 kHz, the load read in steps of 0.1 um.
@@ -26,7 +27,7 @@ impl Loss {
         let (mut load, mut state) = (-0.5 * self.step, 0.0);
         let (mut motors, mut loads) = (Vec::new(), Vec::new());
         for t in &time {
-            let motor = amplitude * ((0.94 * t).sin() + 0.4 * (2.57 * t).sin());
+            let motor = amplitude * (math::sin(0.94 * t) + 0.4 * math::sin(2.57 * t));
             for side in [1.0, -1.0] {
                 // How far the motor is beyond what it loses when the load goes on by a travel.
                 let beyond = |travel: f64| {
