@@ -47,6 +47,7 @@ fn open<'a, R: BufRead + 'a>(
         channels: channels.collect(),
         groups: 1,
         said: vec!["accelerations alone: no position of motor or load".to_owned()],
+        guessed_time: None,
     };
     let source = Accelerometer {
         lines,

@@ -5,7 +5,7 @@ use crate::collect::{Part, collect};
 use crate::error::LogError;
 use crate::motion::{held, jumps, unwrap, wrap};
 use crate::reader::LogReader;
-use crate::roles::{Assigned, ColumnSpec, Role, TAKEN_FOR_SECONDS, assign};
+use crate::roles::{Assigned, ColumnSpec, Role, assign};
 use crate::source::{Format, Header, ReadOptions};
 use crate::unit::{Quantity, Unit};
 use std::io::BufRead;
@@ -176,11 +176,7 @@ pub fn read_axis(
     }
     let apart_s = track.time_s.last().unwrap_or(&0.0) - track.time_s.first().unwrap_or(&0.0);
     let apart_s = apart_s / (track.len() - 1) as f64;
-    let guessed = header
-        .said
-        .iter()
-        .find(|said| said.ends_with(TAKEN_FOR_SECONDS));
-    if let Some(guessed) = guessed.filter(|_| apart_s > SLOWEST_GUESSED_S) {
+    if let Some(guessed) = header.guessed_time.filter(|_| apart_s > SLOWEST_GUESSED_S) {
         let what = format!("{guessed}, and its rows would be {apart_s:.3} s apart");
         let hint = "give it: --column time=NAME,unit=ms, or unit=s if that is right";
         return Err(LogError::file(name, what, hint));

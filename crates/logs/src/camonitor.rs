@@ -77,6 +77,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         said: vec![
             "every variable has its own times; a value is written where it changed".to_owned(),
         ],
+        guessed_time: None,
     };
     let source = Camonitor {
         wanted: vec![true; header.channels.len()],

@@ -101,6 +101,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         channels,
         groups: 1,
         said,
+        guessed_time: None,
     };
     let source = Halsampler {
         wanted: vec![true; header.channels.len()],

@@ -109,6 +109,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         channels,
         groups: 1,
         said,
+        guessed_time: None,
     };
     Ok((header, Box::new(source)))
 }

@@ -127,6 +127,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         groups: topics.len(),
         channels,
         said,
+        guessed_time: None,
     };
     let source = Mcap {
         name: name.to_owned(),

@@ -200,7 +200,7 @@ pub(crate) fn open<'a>(
             "columns without one number a row are left out: {names}"
         ));
     }
-    let (time, time_factor) = time(name, &columns, options, &mut said)?;
+    let (time, time_factor, guessed_time) = time(name, &columns, options, &mut said)?;
     let channels: Vec<Channel> = columns
         .iter()
         .enumerate()
@@ -220,6 +220,7 @@ pub(crate) fn open<'a>(
         channels,
         groups: 1,
         said,
+        guessed_time,
     };
     let table = ParquetTable {
         name: name.to_owned(),
@@ -242,7 +243,7 @@ fn time(
     columns: &[ParquetColumn],
     options: &ReadOptions,
     said: &mut Vec<String>,
-) -> Result<(Option<usize>, f64), LogError> {
+) -> Result<(Option<usize>, f64, Option<String>), LogError> {
     let refused = |(what, hint): (String, &str)| LogError::file(name, what, hint);
     let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
     let mut found = time_among(&names, options).map_err(refused)?;
@@ -258,17 +259,18 @@ fn time(
     let Some((place, column)) = found.and_then(|place| Some((place, columns.get(place)?))) else {
         let period_s = period_s(&names, options).map_err(refused)?;
         said.push(format!("rows are taken to be {} ms apart", 1e3 * period_s));
-        return Ok((None, period_s));
+        return Ok((None, period_s, None));
     };
     if matches!(column.kind, ColumnKind::Stamp(_)) {
         said.push(format!(
             "`{}` holds points in time: they count from the first one",
             column.name
         ));
-        return Ok((Some(place), 1.0));
+        return Ok((Some(place), 1.0, None));
     }
-    let unit = time_unit(&column.name, None, options, said).map_err(refused)?;
-    Ok((Some(place), unit.factor))
+    let (unit, guess) = time_unit(&column.name, None, options).map_err(refused)?;
+    said.extend(guess.clone());
+    Ok((Some(place), unit.factor, guess))
 }
 
 impl ParquetColumn {

@@ -250,29 +250,23 @@ pub(crate) fn period_s(names: &[String], options: &ReadOptions) -> Result<f64, R
     })
 }
 
-/// What is said of a column of times whose unit is not told.
-pub(crate) const TAKEN_FOR_SECONDS: &str = "is taken for seconds: its unit is not told";
-
-/// The unit of a column of times: as the caller, the log (`told`) or the name tells it.
+/// The unit of a column of times, as the caller, the log (`told`) or the name tells it; where nobody does,
+/// what is taken for granted, too.
 pub(crate) fn time_unit(
     name: &str,
     told: Option<Unit>,
     options: &ReadOptions,
-    said: &mut Vec<String>,
-) -> Result<Unit, Refusal> {
+) -> Result<(Unit, Option<String>), Refusal> {
     let told = options.time_unit.or(told);
-    let unit = match told.or_else(|| Unit::in_name(name)) {
-        Some(unit) => unit,
-        None => {
-            said.push(format!("`{name}` {TAKEN_FOR_SECONDS}"));
-            Unit::S
-        }
+    let Some(unit) = told.or_else(|| Unit::in_name(name)) else {
+        let guess = format!("`{name}` is taken for seconds: its unit is not told");
+        return Ok((Unit::S, Some(guess)));
     };
     if unit.quantity != Quantity::Time {
         let what = format!("the unit of the time `{name}` is {unit}");
         return Err((what, "a time is in s, ms, us or ns"));
     }
-    Ok(unit)
+    Ok((unit, None))
 }
 
 /// A column called by its number, from 1.

@@ -328,6 +328,7 @@ impl<R: BufRead> Trace<R> {
             groups: self.groups.len(),
             channels,
             said,
+            guessed_time: None,
         })
     }
 

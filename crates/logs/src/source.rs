@@ -126,6 +126,8 @@ pub struct Header {
     pub groups: usize,
     /// What was found and taken for granted, for the user.
     pub said: Vec<String>,
+    /// Of that, what was taken for the unit of its times.
+    pub guessed_time: Option<String>,
 }
 
 impl Header {

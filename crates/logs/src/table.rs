@@ -143,7 +143,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     let mut cells = Vec::new();
     let first = head.lines.get(layout.first).map_or("", String::as_str);
     layout.separator.split(first, &mut cells);
-    let (time, kind) = time_column(
+    let (time, kind, guessed_time) = time_column(
         &lines,
         &names,
         &units,
@@ -182,6 +182,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         groups: 1,
         channels,
         said,
+        guessed_time,
     };
     let source = Table {
         wanted: vec![true; header.channels.len()],
@@ -262,25 +263,26 @@ fn time_column<R: BufRead>(
     options: &ReadOptions,
     header_line: u64,
     said: &mut Vec<String>,
-) -> Result<(Option<usize>, TimeKind), LogError> {
+) -> Result<(Option<usize>, TimeKind, Option<String>), LogError> {
     let refused =
         |(what, hint): (String, &str)| LogError::line(lines.name(), header_line, what, hint);
     let Some(column) = time_among(names, options).map_err(refused)? else {
         let period_s = period_s(names, options).map_err(refused)?;
         said.push(format!("rows are taken to be {} ms apart", 1e3 * period_s));
-        return Ok((None, TimeKind::Rows(period_s)));
+        return Ok((None, TimeKind::Rows(period_s), None));
     };
     let name = names.get(column).map_or("", String::as_str);
     let cell = first.get(column).map_or("", |cell| cell.as_ref());
     if stamp(cell).is_some() {
-        return Ok((Some(column), TimeKind::Stamp));
+        return Ok((Some(column), TimeKind::Stamp, None));
     }
     if clock_s(cell).is_some() && number(cell, layout.decimal).is_none() {
-        return Ok((Some(column), TimeKind::Clock));
+        return Ok((Some(column), TimeKind::Clock, None));
     }
     let told = units.get(column).copied().flatten();
-    let unit = time_unit(name, told, options, said).map_err(refused)?;
-    Ok((Some(column), TimeKind::Number(unit.factor)))
+    let (unit, guess) = time_unit(name, told, options).map_err(refused)?;
+    said.extend(guess.clone());
+    Ok((Some(column), TimeKind::Number(unit.factor), guess))
 }
 
 struct Table<R> {

@@ -100,6 +100,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
             .collect(),
         groups: 1,
         said,
+        guessed_time: None,
     };
     let source = Tncscope {
         names: curves.into_iter().map(|curve| curve.name).collect(),

@@ -116,6 +116,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         groups,
         channels,
         said,
+        guessed_time: None,
     };
     let source = Twincat {
         names: header
