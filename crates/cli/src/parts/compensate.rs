@@ -11,9 +11,6 @@ use lostmotion::sim::SimulateOptions;
 use lostmotion::sim::rewrite::{RewriteError, RewriteOptions, rewrite};
 use std::path::PathBuf;
 
-/// Bytes of a program's text for each move at most. A choice: lines of five axes with comments have 60.
-const BYTES_OF_A_MOVE: u64 = 100;
-
 /// `compensate`.
 #[derive(Debug, Args)]
 pub(crate) struct Compensate {
@@ -66,18 +63,6 @@ pub(crate) fn run(args: &Compensate, quiet: bool) -> Result<u8, Failure> {
     refuse_input(&args.out, &args.on.part, "part program")?;
     refuse_inputs(&args.out, args.on.setup.on.inputs())?;
     let program = input::program(&args.on.part)?;
-    // The text is held beside its moves.
-    let most_bytes = BYTES_OF_A_MOVE.saturating_mul(args.max_moves as u64);
-    if let Some(bytes) = program.len().ok().filter(|bytes| *bytes > most_bytes) {
-        return Err(Failure::with_hint(
-            format!(
-                "{} has {bytes} bytes, more than {} moves take",
-                program.name(),
-                args.max_moves
-            ),
-            "allow more moves with --max-moves, half a kilobyte of memory each",
-        ));
-    }
     let machine = args.on.machine()?;
     let options = SimulateOptions {
         tolerance_um: args.tolerance_um,

@@ -46,6 +46,45 @@ fn rows(bench: &Bench) -> Vec<[f64; 4]> {
         .collect()
 }
 
+/// A current that looks like percent is said to, and nothing of it is written; as it is, it is.
+#[test]
+fn what_is_in_doubtful_units_is_not_written() {
+    let bench = Bench::new();
+    let mut setpoints = "t_s,position_mm\n".to_owned();
+    for tick in 0..16_000 {
+        let t = 1e-3 * f64::from(tick);
+        let place = 60.0 * math::sin(1.3 * t) + 20.0 * math::sin(4.1 * t);
+        setpoints += &format!("{t:.3},{place:.6}\n");
+    }
+    bench.file("setpoints.csv", &setpoints);
+    let axis = ["--axis", "vmc3-worn:x"];
+    let run = [
+        "axis",
+        "run",
+        "--setpoints",
+        "setpoints.csv",
+        "--out",
+        "run.csv",
+    ];
+    bench.expect(0, &[&run[..], &axis].concat());
+    for (factor, is_told) in [(1.0, true), (9.0, false)] {
+        let text = std::fs::read_to_string(bench.path("run.csv")).unwrap();
+        let mut log = "t_s,motor_mm,load_mm,current_a\n".to_owned();
+        for line in text.lines().skip(1).step_by(4) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let current = factor * cells[8].parse::<f64>().unwrap();
+            log += &format!("{},{},{},{current}\n", cells[0], cells[4], cells[6]);
+        }
+        bench.file("log.csv", &log);
+        let identify = ["axis", "identify", "log.csv", "--out", "found.toml"];
+        let told = bench.expect(0, &[&identify[..], &axis].concat());
+        let found = std::fs::read_to_string(bench.path("found.toml")).unwrap();
+        assert_eq!(found.contains("measured: log.csv"), is_told, "{found}");
+        let doubt = "not written: what was measured, since the current looks like percent";
+        assert_eq!(told.contains(doubt), !is_told, "{told}");
+    }
+}
+
 #[test]
 fn a_log_is_found_in_its_program_and_judged() {
     let bench = bench();

@@ -255,7 +255,9 @@ fn decay(
             found.figures[STRIBECK].interval[1] < TOLD_SHARE * plain.x[COULOMB]
         };
         let bounded = tried.iter().rev().take_while(few);
-        let least = bounded.map(|(speed, found)| (*speed, found.figures[STRIBECK].interval[1]));
+        // A friction that certainly rises does not fall.
+        let most = |found: &SquaresFit<COEFFICIENTS>| found.figures[STRIBECK].interval[1].max(0.0);
+        let least = bounded.map(|(speed, found)| (*speed, most(found)));
         let least = least.reduce(|(_, most), (slower, other)| (slower, most.max(other)));
         return Err(least.map_or(NoDecay::Unclear, |(from_speed, above)| {
             NoDecay::Least(StribeckBound { above, from_speed })

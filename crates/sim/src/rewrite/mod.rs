@@ -40,6 +40,8 @@ use writer::{LETTERS, new_text};
 const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 /// Half the last digit, and rounding, mm.
 const ROUNDING_MM: f64 = 2e-4;
+/// Bytes of a program's text for each move at most. A choice: lines of five axes with comments have 60.
+const BYTES_OF_A_MOVE: u64 = 100;
 /// Part of the RMS that has to be gained. A choice: less is not worth another program.
 const LEAST_GAIN: f64 = 0.1;
 /// Change of an arc's radius up to which it is cut as a circle, mm.
@@ -54,7 +56,7 @@ pub struct RewriteOptions {
     pub most_um: f64,
     /// How far off the gaps may be, as a part of them, below 1; as each axis says if `None`.
     pub gap_uncertainty: Option<f64>,
-    /// Most moves of a program: they are held in memory.
+    /// Most moves of a program: they are held in memory, as is its text, of a hundred bytes a move at most.
     pub max_moves: usize,
 }
 
@@ -142,6 +144,19 @@ pub fn rewrite(
     wanted: &RewriteOptions,
 ) -> Result<Rewritten, RewriteError> {
     let half = half_gaps(machine, wanted)?;
+    // The text is held beside its moves.
+    let most_bytes = BYTES_OF_A_MOVE.saturating_mul(wanted.max_moves as u64);
+    if let Some(bytes) = program.len().ok().filter(|bytes| *bytes > most_bytes) {
+        let what = format!(
+            "the program has {bytes} bytes, more than {} moves take",
+            wanted.max_moves
+        );
+        return Err(SimError::refused(
+            what,
+            "allow more moves with --max-moves, half a kilobyte of memory each",
+        )
+        .into());
+    }
     let source = program.text().map_err(|source| SimError::Read {
         name: program.name().to_owned(),
         source,

@@ -334,6 +334,29 @@ fn a_rewritten_program_is_not_rewritten() {
     }
 }
 
+/// The text of a program is held beside its moves: neither is without a bound.
+#[test]
+fn a_program_that_is_too_large_is_not_rewritten() {
+    let few = RewriteOptions {
+        max_moves: 10,
+        ..RewriteOptions::default()
+    };
+    let text = format!("({})\n{ARC}", "x".repeat(1000));
+    let options = SimulateOptions::default();
+    let error = rewrite(&program(&text), &machine(), &options, &few).unwrap_err();
+    assert!(
+        error.to_string().contains("bytes, more than 10 moves take"),
+        "{error}"
+    );
+    rewrite(
+        &program(&text),
+        &machine(),
+        &options,
+        &RewriteOptions::default(),
+    )
+    .unwrap();
+}
+
 /// Inch with a plane of its own, and an interval that is too wide.
 #[test]
 fn inch_other_planes_and_wide_intervals() {
