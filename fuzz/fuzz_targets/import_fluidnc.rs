@@ -3,4 +3,4 @@
 #[path = "../../crates/sim/tests/it/import_checks.rs"]
 mod import_checks;
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| import_checks::description("fluidnc", data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| import_checks::many("fluidnc", data));

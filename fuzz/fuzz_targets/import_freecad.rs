@@ -3,4 +3,4 @@
 #[path = "../../crates/sim/tests/it/import_checks.rs"]
 mod import_checks;
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| import_checks::description("freecad", data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| import_checks::many("freecad", data));

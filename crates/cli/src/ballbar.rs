@@ -8,6 +8,7 @@ use crate::output::{self, DONE, Failure};
 use crate::parts::{shown, to_json};
 use clap::{Args, ValueEnum, ValueHint};
 use lostmotion::base::Plane;
+use lostmotion::base::units::{MM_PER_INCH, UM_PER_MM};
 use lostmotion::contour::ballbar::{BallbarTrace, sheet};
 use lostmotion::contour::{Circle, RadialPoint};
 use lostmotion::logs::{BallbarLog, BallbarOptions, ColumnSpec, read_ballbar};
@@ -17,6 +18,12 @@ use std::path::PathBuf;
 
 /// How far off a whole number of millimetres a mean radius may be to be taken for it, mm.
 const WHOLE_MM: f64 = 0.2;
+
+/// How far off a nominal radius the mean may be before other units are thought of, mm.
+const DOUBTFUL_MM: f64 = 0.02;
+
+/// Shortest ballbar there is, mm.
+const LEAST_BAR_MM: f64 = 45.0;
 
 /// Plane of a circle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -183,6 +190,23 @@ fn nominal(
                 names.join(", ")
             ),
             "give the nominal radius: --radius-mm 150",
+        ));
+    }
+    // A bar's length in inches looks like a small circle in mm, far off its nominal radius.
+    let in_inches = mean * MM_PER_INCH;
+    if (mean - whole).abs() > DOUBTFUL_MM
+        && in_inches > LEAST_BAR_MM
+        && (in_inches - in_inches.round()).abs() < (mean - whole).abs()
+    {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: the mean radius {mean:.4} is {:.0} um off {whole} mm, and in inches {in_inches:.3} mm",
+                names.join(", "),
+                UM_PER_MM * (mean - whole)
+            ),
+            format!(
+                "name the unit, --column radius=NAME,unit=in, or if it is mm the radius, --radius-mm {whole}"
+            ),
         ));
     }
     if !quiet {

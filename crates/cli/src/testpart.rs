@@ -83,13 +83,27 @@ pub(crate) fn run(args: &Testpart, quiet: bool) -> Result<u8, Failure> {
     };
     let text =
         program(&machine, kind, &options).map_err(|error| Failure::message(error.to_string()))?;
-    let written = Program::from_str("the test", &text);
+    // Programs for Siemens are not read: the same moves, written for LinuxCNC, are.
+    let dialect = dialect.unwrap_or(machine.dialect());
+    let (read, dialect) = match dialect {
+        Dialect::Siemens => {
+            let options = TestOptions {
+                dialect: Some(Dialect::LinuxCnc),
+                ..options
+            };
+            let same = program(&machine, kind, &options);
+            let same = same.map_err(|error| Failure::message(error.to_string()))?;
+            (same, Dialect::LinuxCnc)
+        }
+        _ => (text.clone(), dialect),
+    };
+    let written = Program::from_str("the test", &read);
     let voice = Voice {
         quiet,
         diagnostics: Form::Text,
     };
     let run = Simulation::new(&written, &machine)
-        .dialect(dialect.unwrap_or(machine.dialect()))
+        .dialect(dialect)
         .threads(0)
         .run()
         .map_err(|error| failure(&written, &error, voice))?;

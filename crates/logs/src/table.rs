@@ -121,6 +121,13 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     options: &ReadOptions,
 ) -> Result<(Header, Box<dyn Source + 'a>), LogError> {
     let Some(layout) = layout(head) else {
+        if head.lines.iter().any(|line| line.contains('\r')) {
+            return Err(LogError::file(
+                lines.name(),
+                "its lines end with a carriage return (CR) alone",
+                "write line feeds in their place: tr '\\r' '\\n' <OLD >NEW",
+            ));
+        }
         return Err(LogError::file(
             lines.name(),
             "this is no table of numbers and no log that is known",

@@ -5,14 +5,14 @@
 //! position  from its present value to s b, rad, along sin2(pi t/(2 T)); T: cycles times the command's cycle
 //! velocity  derivative of the position correction, rad/s
 //! ```
-//! One cycle is the abrupt change of the kernel's other modes.
+//! One cycle is abrupt.
 //!
 //! Signals: reference velocity, rad/s. Settings: told total gap (um, mdeg or motor rad), cycles.
 //!
 //! Fails: as `fixed`; the curve differs from its cubic by one hundredth of the gap at most.
 //!
-//! Source: ISG kernel (Beckhoff TwinCAT CNC and others), P-AXIS-00021 = 2 with P-AXIS-00103 and
-//! P-AXIS-00243; 0 and 1 are abrupt.
+//! Source: ISG kernel (Beckhoff TwinCAT CNC and others), P-AXIS-00103 over the cycles of P-AXIS-00243
+//! along sin2, 0 and 1 abrupt; P-AXIS-00021 says on which side it begins.
 
 use crate::AxisConfig;
 use crate::registry::{Registered, Settings, told, told_or_true_gap};

@@ -330,6 +330,26 @@ fn sheets_that_are_none_are_refused() {
         &["ballbar", "dev.csv"],
         &["do not tell the radius", "--radius-mm 150"],
     );
+    // 100 mm in inches under a column of mm.
+    bench.file(
+        "inch.csv",
+        (0..360).fold("angle_deg,radius_mm\n".to_owned(), |text, deg| {
+            text + &format!("{deg},3.93737\n")
+        }),
+    );
+    bench.refuses(
+        &["ballbar", "inch.csv"],
+        &["-63 um off 4 mm", "in inches 100.009 mm", "unit=in"],
+    );
+    bench.expect(
+        0,
+        &[
+            "ballbar",
+            "inch.csv",
+            "--column",
+            "radius=radius_mm,unit=in",
+        ],
+    );
     bench.refuses(
         &["ballbar", "bar.csv", "dev.csv", "--radius-mm", "100"],
         &["3 circles", "one circle of each sense"],
@@ -373,6 +393,23 @@ fn test_programs_are_simulated_before_they_are_written() {
             "bar.nc",
         ],
     );
+    bench.expect(
+        0,
+        &[
+            "axis",
+            "testpart",
+            "--for",
+            "circle",
+            "-m",
+            "bench3",
+            "--dialect",
+            "siemens",
+            "--out",
+            "circle.mpf",
+        ],
+    );
+    let text = std::fs::read_to_string(bench.path("circle.mpf")).unwrap();
+    assert!(text.starts_with("; circles of bench3"), "{text}");
     let text = std::fs::read_to_string(bench.path("bar.nc")).unwrap();
     assert!(
         text.starts_with("%\nO0001\n(") && text.ends_with("M30\n%\n"),

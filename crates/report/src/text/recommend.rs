@@ -38,9 +38,10 @@ pub fn control_settings(answer: &ControlSettings, options: &TextOptions) -> Stri
     out.push_str("\ncontour error of cutting moves, um\n");
     out.push_str(&errors(answer, options));
     if answer.method.is_some() && answer.uncertain.is_empty() {
-        out.push_str(
-            "how well the gap is known is not told (`compensation.gap_uncertainty`, or --gap-uncertainty PERCENT): no interval\n",
-        );
+        out.push_str(match answer.gap_uncertainty {
+            Some(_) => "the gap is told to be exact: no interval\n",
+            None => "how well the gap is known is not told (`compensation.gap_uncertainty`, or --gap-uncertainty PERCENT): no interval\n",
+        });
     }
     if let Some(trust) = &answer.trust {
         out.push_str(&format!("{}\n", what_it_takes(trust)));

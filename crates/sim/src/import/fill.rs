@@ -9,6 +9,8 @@ use lostmotion_base::{AxisId, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_kinematics::chain::JointSpec;
 use lostmotion_kinematics::{KinematicsSpec, Words, build};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write;
 
 /// Lends rotary axes where the preset has none.
@@ -64,9 +66,10 @@ pub(super) fn machine(
     }
     let mut axes = String::new();
     let mut travel = Vec::new();
+    let mut lenders = BTreeMap::new();
     // Told limits stay; drive, motor, load and all other limits come from the lender.
     for axis in &draft.axes {
-        let lender = lender(axis, preset).ok_or_else(|| {
+        let lender = lender(axis, preset, &mut lenders).ok_or_else(|| {
             vec![problem(
                 1,
                 "preset",
@@ -106,7 +109,7 @@ pub(super) fn machine(
     toml.push_str(&axes);
     // Read back like any machine file. The lines of a problem would be those of the generated
     // text, which is not at hand then.
-    match Machine::check_toml(file, &toml) {
+    match Machine::from_stable_toml(file, &toml) {
         Ok(_) => Ok(Imported { toml, rows }),
         Err(error) => Err(error
             .problems
@@ -178,10 +181,17 @@ struct Lender {
 
 /// The axis of the same letter, else the first of the same kind, of the preset, else of one that
 /// has rotary axes.
-fn lender(axis: &DraftAxis, preset: &str) -> Option<Lender> {
+fn lender(
+    axis: &DraftAxis,
+    preset: &str,
+    read: &mut BTreeMap<&'static str, Machine>,
+) -> Option<Lender> {
     [preset, ROTARY_LENDER].into_iter().find_map(|name| {
         let info = presets().iter().find(|info| info.name == name)?;
-        let machine = Machine::preset(name).ok()?;
+        let machine = match read.entry(info.name) {
+            Entry::Occupied(found) => found.into_mut(),
+            Entry::Vacant(place) => place.insert(Machine::preset(name).ok()?),
+        };
         // What drives a slide does not fit a joint that turns.
         let same = machine
             .axes()

@@ -1,13 +1,18 @@
 //! What an INI file and its HAL files tell: `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`
 //! sets a pin of the kinematics, `setp ini.0.backlash 0.02` what [JOINT_0] BACKLASH says,
-//! `loadrt stepgen step_type=0,0` makes step generators, and `setp stepgen.0.position-scale 400`
-//! their steps. Names and meaning as LinuxCNC's chapters on kinematics, stepgen and the INI's pins
+//! `loadrt stepgen step_type=0,0` makes step generators, `setp stepgen.0.position-scale 400` their
+//! steps, and `net x-pos joint.0.motor-pos-cmd => stepgen.0.position-cmd` says whose they are. Names
+//! and meaning as LinuxCNC's chapters on kinematics, stepgen and the INI's pins
 //! have them.
 
 use super::draft::{Draft, Fate};
 use super::ini::{Entry, Ini};
 use super::{ImportOptions, number, problem};
 use crate::machine::Problem;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How deep files of HAL may `source` each other.
+const MOST_DEEP: usize = 8;
 
 /// A command of HAL.
 struct Command {
@@ -32,33 +37,36 @@ impl Command {
 /// Commands of HAL, in the order in which LinuxCNC runs them.
 pub(super) struct Hal {
     commands: Vec<Command>,
+    /// For each joint whose command is wired: the step generator that it reaches, if it reaches one.
+    wired: BTreeMap<usize, Option<usize>>,
 }
 
 impl Hal {
-    /// Reads the HALCMD and the HALFILE lines; reports every file, read or not.
+    /// Reads the lines of files and commands, those for after the start of the screen last; reports
+    /// every file, read or not.
     pub(super) fn read(ini: &Ini, draft: &mut Draft, options: &ImportOptions<'_>) -> Hal {
-        let (mut commands, mut left) = (Vec::new(), *options);
-        let of = |key: &'static str| {
-            let entries = ini.entries.iter();
-            entries.filter(move |entry| entry.section == "HAL" && entry.key == key)
+        let mut reader = HalReader {
+            commands: Vec::new(),
+            left: *options,
         };
-        // All files before all commands, wherever they stand.
-        for entry in of("HALFILE") {
-            // Files of the system's library, and missing ones, are told as not read.
-            let Some(text) = entry.text(draft, &left) else {
-                continue;
+        for (files, commands) in [("HALFILE", "HALCMD"), ("POSTGUI_HALFILE", "POSTGUI_HALCMD")] {
+            let of = |key: &'static str| {
+                let entries = ini.entries.iter();
+                entries.filter(move |entry| entry.section == "HAL" && entry.key == key)
             };
-            // All of them are kept: together they have no more bytes than one may have.
-            left.max_bytes -= text.len();
-            let note = "read for pins of kinematics, step generators and limits";
-            draft.row(entry.name(), entry.value.as_str(), Fate::Used, note);
-            let lines = text.lines();
-            commands.extend(lines.filter_map(|line| command(line, entry.line, false)));
+            // All files before all commands, wherever they stand.
+            for entry in of(files) {
+                reader.file(entry, draft, 0);
+            }
+            for entry in of(commands) {
+                let own = command(&entry.value, entry.line, true);
+                reader.commands.extend(own);
+            }
         }
-        for entry in of("HALCMD") {
-            commands.extend(command(&entry.value, entry.line, true));
+        Hal {
+            wired: wired(&reader.commands),
+            commands: reader.commands,
         }
-        Hal { commands }
     }
 
     /// What is set, the last command on a pin last: line, pin and value as it stands.
@@ -102,9 +110,25 @@ impl Hal {
         words.any(|word| word.contains("stepgen"))
     }
 
+    /// The step generator of a joint: the one that its command is wired to, or where that is not
+    /// told the one of its number, if there is one and no other joint has it.
+    pub(super) fn generator(&self, joint: usize) -> Option<usize> {
+        if let Some(Some(number)) = self.wired.get(&joint) {
+            return Some(*number);
+        }
+        let is_anothers = self.wired.values().any(|number| *number == Some(joint));
+        (!is_anothers && self.has_generator(joint)).then_some(joint)
+    }
+
+    /// Whether a joint's command is wired to something else than a step generator, where others'
+    /// lead to one.
+    pub(super) fn is_no_stepper(&self, joint: usize) -> bool {
+        self.wired.get(&joint) == Some(&None) && self.wired.values().any(Option::is_some)
+    }
+
     /// Whether there is a step generator of this number: one of those that are loaded, or one whose
     /// pins are used.
-    pub(super) fn has_generator(&self, number: usize) -> bool {
+    fn has_generator(&self, number: usize) -> bool {
         self.commands.iter().any(|command| {
             let mut words = command.words.iter().map(String::as_str);
             if words.next() == Some("loadrt") && words.next() == Some("stepgen") {
@@ -120,10 +144,113 @@ impl Hal {
         })
     }
 
-    /// Line, pin and value of the steps that a generator makes for a unit of the machine.
-    pub(super) fn steps(&self, number: usize) -> Option<(usize, &str, &str)> {
+    /// Line, pin and value of the steps that a joint's generator makes for a unit of the machine.
+    pub(super) fn steps(&self, joint: usize) -> Option<(usize, &str, &str)> {
+        let number = self.generator(joint)?;
         self.set().rfind(|(_, pin, _)| scaled(pin) == Some(number))
     }
+}
+
+/// Files of HAL as they are read.
+struct HalReader<'a> {
+    commands: Vec<Command>,
+    /// What may still be read.
+    left: ImportOptions<'a>,
+}
+
+impl HalReader<'_> {
+    /// Reads a file, and in their places those that it sources.
+    fn file(&mut self, entry: &Entry, draft: &mut Draft, deep: usize) {
+        if deep > MOST_DEEP {
+            let note = format!("not read: files that source each other, {MOST_DEEP} deep");
+            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+            return;
+        }
+        // Files of the system's library, and missing ones, are told as not read.
+        let Some(text) = entry.text(draft, &self.left) else {
+            return;
+        };
+        // All of them are kept: together they have no more bytes than one may have.
+        self.left.max_bytes -= text.len();
+        let note = "read for step generators, their joints, limits and pins of kinematics";
+        draft.row(entry.name(), entry.value.as_str(), Fate::Used, note);
+        for line in text.lines() {
+            let Some(command) = command(line, entry.line, false) else {
+                continue;
+            };
+            if let [word, file] = &command.words[..]
+                && word == "source"
+            {
+                let inner = Entry {
+                    line: entry.line,
+                    section: "HAL".to_owned(),
+                    key: "source".to_owned(),
+                    value: file.clone(),
+                    pin: None,
+                };
+                self.file(&inner, draft, deep + 1);
+            } else {
+                self.commands.push(command);
+            }
+        }
+    }
+}
+
+/// For each joint whose command is wired, the step generator at the other end: through signals and
+/// through components with one output, as `pid` has it between them.
+fn wired(commands: &[Command]) -> BTreeMap<usize, Option<usize>> {
+    let (mut pins, mut signals) = (BTreeMap::<&str, Vec<&str>>::new(), BTreeMap::new());
+    for command in commands {
+        let words: Vec<&str> = command.words.iter().map(String::as_str).collect();
+        let (signal, joined) = match &words[..] {
+            ["net", signal, joined @ ..] => (*signal, joined),
+            ["linksp", signal, .., pin] => (*signal, std::slice::from_ref(pin)),
+            ["linkps", pin, .., signal] => (*signal, std::slice::from_ref(pin)),
+            _ => continue,
+        };
+        for pin in joined.iter().filter(|pin| !pin.contains(['<', '>'])) {
+            pins.entry(signal).or_default().push(pin);
+            signals
+                .entry(*pin)
+                .or_insert_with(BTreeSet::new)
+                .insert(signal);
+        }
+    }
+    let of = |pin: &str| signals.get(pin).into_iter().flatten().copied();
+    let starts = signals.keys().filter_map(|pin| {
+        let place = ["joint.", "axis."]
+            .iter()
+            .find_map(|kind| pin.strip_prefix(kind))?;
+        let joint = place
+            .strip_suffix(".motor-pos-cmd")?
+            .parse::<usize>()
+            .ok()?;
+        Some((joint, *pin))
+    });
+    starts
+        .map(|(joint, pin)| {
+            let mut ahead: Vec<&str> = of(pin).collect();
+            let mut seen: BTreeSet<&str> = ahead.iter().copied().collect();
+            while let Some(signal) = ahead.pop() {
+                for pin in pins.get(signal).into_iter().flatten() {
+                    if let Some((number, "position-cmd" | "velocity-cmd")) = generator(pin) {
+                        return (joint, Some(number));
+                    }
+                    let Some((component, _)) = pin.rsplit_once('.') else {
+                        continue;
+                    };
+                    for out in ["output", "out"] {
+                        for next in of(&format!("{component}.{out}")) {
+                            if seen.insert(next) {
+                                ahead.push(next);
+                            }
+                        }
+                    }
+                }
+            }
+            (joint, None)
+        })
+        .collect()
 }
 
 /// A line without its comment; `None` if nothing is left.

@@ -118,7 +118,11 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     let mut limits = Limits::default();
     for entry in &ini.entries {
         // Files are told where they are read.
-        let is_told = entry.key == "HALFILE" || entry.key == "HALCMD" && hal.takes(entry, name);
+        let is_told = match entry.key.as_str() {
+            "HALFILE" | "POSTGUI_HALFILE" => true,
+            "HALCMD" | "POSTGUI_HALCMD" => hal.takes(entry, name),
+            _ => false,
+        };
         if entry.section == "HAL" && is_told {
             continue;
         }
@@ -362,6 +366,13 @@ impl<'a> Limits<'a> {
     fn holding(&self) -> BTreeMap<(AxisId, usize), usize> {
         let mut held: BTreeMap<(AxisId, usize), usize> = BTreeMap::new();
         for (index, next) in self.0.iter().enumerate() {
+            // Within a section LinuxCNC finds the first alone.
+            let is_again = |other: &Limit<'_>| {
+                (other.key, &other.entry.section) == (next.key, &next.entry.section)
+            };
+            if self.0.iter().take(index).any(is_again) {
+                continue;
+            }
             let place = held.entry((next.axis.0, next.key)).or_insert(index);
             let tighter = match RULES[next.key].1 {
                 Rule::Smaller => next.value < self.0[*place].value,
@@ -382,7 +393,11 @@ impl<'a> Limits<'a> {
             let holds = holds.and_then(|at| self.0.get(*at)).unwrap_or(limit);
             let (axis, turns) = limit.axis;
             if !std::ptr::eq(holds, limit) {
-                let note = format!("axis {axis}: {} counts", holds.entry.name());
+                let note = if holds.entry.section == limit.entry.section {
+                    format!("axis {axis}: LinuxCNC takes the first of one name")
+                } else {
+                    format!("axis {axis}: {} counts", holds.entry.name())
+                };
                 draft.row(
                     limit.entry.name(),
                     limit.entry.value.as_str(),

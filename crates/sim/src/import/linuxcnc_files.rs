@@ -209,14 +209,14 @@ fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
             None => words.push((c, String::new())),
         }
     }
-    // G-code writes no exponents.
+    // G-code writes no exponents, and nothing at the start extrudes.
     let is_decimal = |text: &str| {
         let mut chars = text.chars();
         chars.all(|c| c.is_ascii_digit() || "+-.".contains(c)) && text.parse::<f64>().is_ok()
     };
     match words
         .iter()
-        .find(|(letter, text)| !letter.is_ascii_alphabetic() || !is_decimal(text))
+        .find(|(letter, text)| !letter.is_ascii_alphabetic() || *letter == 'E' || !is_decimal(text))
     {
         Some((letter, text)) => Err(problem(
             entry.line,

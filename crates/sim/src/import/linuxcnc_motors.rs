@@ -1,5 +1,5 @@
 //! What moves LinuxCNC's joints: steppers by STEPGEN_MAXVEL, STEPGEN_MAXACCEL, STEP_SCALE, by SCALE
-//! where HAL has step generators, or by the generator of the joint's number in HAL.
+//! where HAL has step generators, or by the generator in HAL that the joint's command is wired to.
 
 use super::draft::{Draft, Fate, Quantity, StepperDraft, Told};
 use super::hal::Hal;
@@ -76,8 +76,8 @@ pub(super) fn tell(
             entries.any(|entry| sections.contains(&entry.section))
         };
         let is_stepper = generator.is_some()
-            || (hal.has_generators() && own("SCALE").is_some())
-            || (hal.has_generator(index) && is_described());
+            || (hal.has_generators() && !hal.is_no_stepper(index) && own("SCALE").is_some())
+            || (hal.generator(index).is_some() && is_described());
         if !is_stepper {
             if let Some(told) = told {
                 draft.row(

@@ -215,6 +215,38 @@ pub fn import(
     format: ImportFormat,
     options: &ImportOptions<'_>,
 ) -> Result<Imported, MachineError> {
+    let draft = read(name, text, format, options)?;
+    fill::machine(name, draft, options.preset).map_err(|problems| MachineError::new(name, problems))
+}
+
+/// What a description tells, without a machine made of it.
+///
+/// ```
+/// use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, rows};
+///
+/// let found = rows("grbl.txt", "$110=3000\n$32=1\n", ImportFormat::Grbl, &ImportOptions::default())?;
+/// assert_eq!((found[0].key.as_str(), found[0].fate), ("$110", Fate::Used));
+/// # Ok::<(), lostmotion_sim::machine::MachineError>(())
+/// ```
+///
+/// # Errors
+/// Everything that is wrong with the text, with its line.
+pub fn rows(
+    name: &str,
+    text: &str,
+    format: ImportFormat,
+    options: &ImportOptions<'_>,
+) -> Result<Vec<Row>, MachineError> {
+    Ok(read(name, text, format, options)?.rows)
+}
+
+/// Reads the description in its format.
+fn read(
+    name: &str,
+    text: &str,
+    format: ImportFormat,
+    options: &ImportOptions<'_>,
+) -> Result<Draft, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
     if text.len() > options.max_bytes {
         let message = format!(
@@ -236,7 +268,7 @@ pub fn import(
         draft.report_open_end(&text);
     }
     draft.report_missing();
-    fill::machine(name, draft, options.preset).map_err(fail)
+    Ok(draft)
 }
 
 /// TwinCAT writes this word into a file of one axis in the place of the axis' name, which is that of
@@ -263,7 +295,9 @@ fn xml(text: &str, nodes_limit: u32) -> Result<Document<'_>, Vec<Problem>> {
     };
     Document::parse_with_options(text, options).map_err(|error| {
         let line = usize::try_from(error.pos().row).unwrap_or(1);
-        vec![problem(line, "", format!("not XML: {error}"), "")]
+        // It may cite the end of a line.
+        let said = error.to_string().replace('\n', "\\n");
+        vec![problem(line, "", format!("not XML: {said}"), "")]
     })
 }
 

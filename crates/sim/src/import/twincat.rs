@@ -128,6 +128,22 @@ fn limits(draft: &mut Draft, part: Node<'_, '_>, axis: AxisId, line: usize) -> R
         };
         draft.tell(axis, *quantity, Told { value, from, line }, text);
     }
+    // What else is about limits, in whichever version it is written.
+    let is_limit = matches!(tag, "Dynamic" | "Velo") || tag.starts_with("SoftEnd");
+    for attribute in part.attributes().filter(|_| is_limit) {
+        let own = attribute.name();
+        let is_taken = LIMITS
+            .iter()
+            .any(|(element, taken, _)| (*element, *taken) == (tag, own));
+        if !is_taken && own != "Enable" {
+            draft.row(
+                format!("{axis} {tag} {own}"),
+                attribute.value(),
+                Fate::Ignored,
+                "not read: compare it with what was taken",
+            );
+        }
+    }
     for (element, attribute, why) in KNOWN {
         if let Some(text) = part.attribute(*attribute).filter(|_| tag == *element) {
             draft.row(

@@ -8,6 +8,7 @@ use lostmotion_analysis::{
     AxisAnalysis, Cycle, Feedback, LimitCycle, analyse, limit_cycle, simulated_cycle,
 };
 use lostmotion_base::AxisId;
+use lostmotion_methods::AxisConfig;
 
 /// Tuning of one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,26 +68,56 @@ impl Machine {
         changes: &[Change],
     ) -> Result<(Machine, Vec<AxisTuning>), MachineError> {
         let machine = Machine::from_changed_toml(name, text, changes)?;
-        let changed = ChangedText::new(text, changes);
-        let document =
-            Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
         // Only a sound file has loops to analyse; faults point at the gain that has to be cut.
         let tuning = machine.tuning();
-        let mut problems = Vec::new();
-        for (axis, tuning) in machine.axes().iter().zip(&tuning) {
-            if let Some(fault) = tuning.loops.fault(&axis.config) {
-                let key = format!(
-                    "axis.{}.drive.{}",
-                    axis.id.letter().to_ascii_lowercase(),
-                    fault.at().kind.gain_key()
-                );
-                problems.push(document.problem(&key, fault.to_string(), fault.hint()));
+        let loops: Vec<&AxisAnalysis> = tuning.iter().map(|tuning| &tuning.loops).collect();
+        refuse_faults(name, &ChangedText::new(text, changes), &machine, &loops)?;
+        Ok((machine, tuning))
+    }
+
+    /// Reads a machine file and refuses unstable loops and small margins; without a look at cycles,
+    /// which takes longer than all else.
+    pub(crate) fn from_stable_toml(name: &str, text: &str) -> Result<Machine, MachineError> {
+        let machine = Machine::from_toml(name, text)?;
+        // Axes are often alike.
+        let mut known: Vec<(&AxisConfig, AxisAnalysis)> = Vec::new();
+        for axis in machine.axes() {
+            if !known.iter().any(|(config, _)| **config == axis.config) {
+                known.push((&axis.config, analyse(&axis.config)));
             }
         }
-        if problems.is_empty() {
-            Ok((machine, tuning))
-        } else {
-            Err(MachineError::new(name, problems))
+        let of = |axis: &MachineAxis| {
+            let found = known.iter().find(|(config, _)| **config == axis.config);
+            found.map(|(_, loops)| loops)
+        };
+        let loops: Vec<&AxisAnalysis> = machine.axes().iter().filter_map(of).collect();
+        refuse_faults(name, &ChangedText::new(text, &[]), &machine, &loops)?;
+        Ok(machine)
+    }
+}
+
+/// Refuses a machine with an unstable loop, or one whose margins are below the file's.
+fn refuse_faults(
+    name: &str,
+    text: &ChangedText,
+    machine: &Machine,
+    loops: &[&AxisAnalysis],
+) -> Result<(), MachineError> {
+    let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+    let mut problems = Vec::new();
+    for (axis, loops) in machine.axes().iter().zip(loops) {
+        if let Some(fault) = loops.fault(&axis.config) {
+            let key = format!(
+                "axis.{}.drive.{}",
+                axis.id.letter().to_ascii_lowercase(),
+                fault.at().kind.gain_key()
+            );
+            problems.push(document.problem(&key, fault.to_string(), fault.hint()));
         }
+    }
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(MachineError::new(name, problems))
     }
 }

@@ -75,6 +75,22 @@ impl Trial {
         format!("{} {}", self.method, self.said).trim().to_owned()
     }
 
+    /// The machine with it.
+    fn on(&self, told: &Machine) -> Machine {
+        told.map_axes(|config| {
+            let mut config = config.clone();
+            (self.change)(&mut config);
+            config
+        })
+    }
+
+    /// Whether there are numbers to set for it, or a reason why it cannot be set.
+    fn has_numbers(&self, told: &Machine, control: Control, wanted: &RecommendOptions) -> bool {
+        let set = axes(&self.on(told));
+        parameters(control, self.method.name(), &set, wanted.detection_unit_um)
+            .map_or(true, |found| !found.settings.is_empty())
+    }
+
     fn choice(&self) -> Choice {
         let change = Arc::clone(&self.change);
         Choice::set(self.name(), self.method, move |config| change(config))
@@ -177,17 +193,44 @@ pub fn recommend(
         let found = |trial: &&Trial| Some(trial.name()) == run.recommended;
         best = all.iter().find(found).cloned().or(best);
     }
+    // Step 1c: what has no numbers here is no advice; the best of those that have.
+    if let Some(unset) = best.take_if(|best| !best.has_numbers(&told, control, wanted)) {
+        let other = trials
+            .iter()
+            .filter(|trial| trial.has_numbers(&told, control, wanted));
+        let rest: Vec<Trial> = other.cloned().collect();
+        let choices = std::iter::once(baseline()).chain(rest.iter().map(Trial::choice));
+        let run = simulate(program, &told, &without_tests(&options), choices.collect())?;
+        answer.runs += 1 + rest.len() as u64;
+        if let Some(left) = first.result(&unset.name()) {
+            let (rms, max) = (left.cutting.rms, left.cutting.max);
+            answer.notes.push(format!(
+                "best for the program is {}, RMS {rms:.2} um, at most {max:.2} um: no primary source tells here how it is set",
+                unset.name()
+            ));
+        }
+        let found = |trial: &Trial| Some(trial.name()) == run.recommended;
+        best = rest.into_iter().find(found);
+        if best.is_none() {
+            answer.refused = Some(format!(
+                "the one way that helps is {}, and no primary source tells here how it is set: no number is printed",
+                unset.name()
+            ));
+            let set = unset.on(&told);
+            let unit_um = wanted.detection_unit_um;
+            if let Ok(found) = parameters(control, unset.method.name(), &axes(&set), unit_um) {
+                answer.notes.extend(found.notes);
+            }
+            return Ok(answer);
+        }
+    }
     let Some(best) = best else {
         answer.refused = Some(refusal(&first));
         return Ok(answer);
     };
     answer.chosen.clone_from(&best.said);
     // Step 2: as set, and told wrong.
-    let set = told.map_axes(|config| {
-        let mut config = config.clone();
-        (best.change)(&mut config);
-        config
-    });
+    let set = best.on(&told);
     let methods = [MethodId::NONE, best.method]
         .into_iter()
         .map(Choice::Registered);
@@ -240,11 +283,11 @@ pub fn recommend(
         }
     }
     // Step 3: the ends of the interval.
-    let share = machine
-        .axes()
-        .iter()
+    let of_axes = machine.axes().iter();
+    let share = of_axes
         .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty))
         .fold(0.0, f64::max);
+    answer.gap_uncertainty = wanted.gap_uncertainty.or((share > 0.0).then_some(share));
     if share > 0.0 {
         for sign in [-1.0, 1.0] {
             let end = with_gaps_at(&set, machine, wanted, sign);

@@ -481,7 +481,7 @@ fn isg(p: &mut Parameters, axes: &[ToldAxis]) {
         let units = format!("{:.0}", axis.gap * 1e4);
         let cycles = axis.config.compensation.fixed_isg.cycles.to_string();
         p.line(format!(
-            "{}: P-AXIS-00103 {units}, P-AXIS-00021 2, P-AXIS-00243 {cycles}",
+            "{}: P-AXIS-00103 {units}, P-AXIS-00021 1, P-AXIS-00243 {cycles}",
             axis.name
         ));
         p.set(
@@ -489,24 +489,26 @@ fn isg(p: &mut Parameters, axes: &[ToldAxis]) {
             &axis.name,
             units,
             "0.1 um",
-            "total backlash; the sign says where it is",
+            "total backlash; positive between the motor and the slide",
         );
         p.set(
             "P-AXIS-00021",
             &axis.name,
-            "2".to_owned(),
+            "1".to_owned(),
             "-",
-            "along sin2; 0 and 1 are abrupt",
+            "on, the last motion before it was positive; 2: it was negative; 0 is off",
         );
         p.set(
             "P-AXIS-00243",
             &axis.name,
             cycles,
             "cycles",
-            "over which it is spread",
+            "over which it is spread along sin2; 0 and 1 are abrupt",
         );
     }
     p.needs("the cycle of the control is the command cycle of the machine description");
+    p.needs("P-AXIS-00021 as homing ends: 1 where its last motion is in positive direction, 2 in negative");
+    p.note("plain TwinCAT NC (PTP, NC I) has none of these: there it is MC_BacklashCompensation of Tc2_MC2, Backlash in mm with Position Correction enabled; how it gets there is not published, so no value is printed");
 }
 
 fn mach3(p: &mut Parameters, axes: &[ToldAxis]) {

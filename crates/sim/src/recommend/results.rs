@@ -48,6 +48,10 @@ pub struct ControlSettings {
     /// Within tolerance with the settings; false where nothing is recommended and the machine
     /// without compensation is outside.
     pub within_tolerance: bool,
+    /// How far off the gap may be, as a part of it: the largest of all axes; `None` where neither the
+    /// machine description nor the caller says it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_uncertainty: Option<f64>,
     /// What is left where the true gap lies at an end of its interval; empty where the machine
     /// description does not say how well it is known.
     pub uncertain: Vec<GapEnd>,

@@ -152,6 +152,23 @@ impl Line {
         codes(&self.block, b'G').any(|code| code <= 3.0)
     }
 
+    /// What it takes from where X, Y and Z stand, if anything: an offset or a place that is kept.
+    pub(super) fn takes_the_place(&self) -> Option<&'static str> {
+        let has_axis = [b'X', b'Y', b'Z']
+            .into_iter()
+            .any(|letter| self.block.words.iter().any(|word| word.letter == letter));
+        let level = self.value(b'L');
+        codes(&self.block, b'G').find_map(|code| match code {
+            92.0 if has_axis => Some("G92"),
+            10.0 if has_axis && level == Some(20.0) => Some("G10 L20"),
+            10.0 if has_axis && level == Some(10.0) => Some("G10 L10"),
+            10.0 if has_axis && level == Some(11.0) => Some("G10 L11"),
+            28.1 => Some("G28.1"),
+            30.1 => Some("G30.1"),
+            _ => None,
+        })
+    }
+
     /// Whether nothing may come between its move and its other words.
     pub(super) fn has_code_behind_the_move(&self) -> bool {
         let stops = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0];

@@ -43,6 +43,17 @@ pub(super) fn new_text(
         while steps.get(next).is_some_and(|step| step.line == index + 1) {
             next += 1;
         }
+        if let Some(code) = line
+            .takes_the_place()
+            .filter(|_| writer.commanded.is_some())
+        {
+            return Err(refuse(
+                index + 1,
+                format!(
+                    "{code} takes where the axes stand, which is half a gap aside in a rewritten program: put it before the first move"
+                ),
+            ));
+        }
         match steps.get(from..next).unwrap_or_default() {
             [] => writer.line(&line.text, None),
             [step] if line.is_not_plain().is_none() => {

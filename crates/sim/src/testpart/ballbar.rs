@@ -1,6 +1,6 @@
 //! A circle in both senses as a ballbar measures it, and what a simulated machine makes of it.
 
-use super::dialect::{Writer, word};
+use super::dialect::{Writer, plain, word};
 use super::{REST_S, TestOptions, feed, plane, radius};
 use crate::error::SimError;
 use crate::machine::Machine;
@@ -56,8 +56,8 @@ impl BallbarTest {
         let about = format!(
             "ballbar of {}: radius {} mm, {} mm/min; bar on, Z by hand; origin G54",
             machine.name(),
-            word(radius),
-            word(self.feed_mm_min)
+            plain(radius),
+            plain(self.feed_mm_min)
         );
         let mut writer = Writer::new(dialect, &about);
         let (left, right) = (word(x - radius), word(x + radius));

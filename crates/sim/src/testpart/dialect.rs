@@ -27,6 +27,8 @@ impl Writer {
         writer.line(match dialect {
             Dialect::Marlin | Dialect::Klipper => "G21\nG90",
             Dialect::LinuxCnc => "G21 G90 G17 G40 G49 G80 G94 G54 G64 P0.001",
+            // Lengths and feeds in mm, tool length off, no exact stop between tangential blocks.
+            Dialect::Siemens => "G710 G90 G17 G40 D0 G94 G54 G64",
             _ => "G21 G90 G17 G40 G49 G80 G94 G54",
         });
         writer
@@ -35,6 +37,14 @@ impl Writer {
     /// Fanuc and its kin.
     fn is_production(&self) -> bool {
         matches!(self.dialect, Dialect::Fanuc | Dialect::Haas)
+    }
+
+    /// Whether a remark runs from a semicolon to the end of the line.
+    fn has_semicolons(&self) -> bool {
+        matches!(
+            self.dialect,
+            Dialect::Marlin | Dialect::Klipper | Dialect::Siemens
+        )
     }
 
     /// Adds a block; returns its line. A line feed in it makes it several.
@@ -49,8 +59,8 @@ impl Writer {
 
     /// Adds a remark.
     pub(super) fn remark(&mut self, text: &str) {
-        let plain = text.replace(['(', ')', ';', '\n'], " ");
-        if matches!(self.dialect, Dialect::Marlin | Dialect::Klipper) {
+        let plain = text.replace(['(', ')', '\n'], " ").replace(';', ",");
+        if self.has_semicolons() {
             self.line(&format!("; {plain}"));
         } else {
             self.line(&format!("({plain})"));
@@ -63,6 +73,7 @@ impl Writer {
             // Seconds whatever the control's increment.
             Dialect::Fanuc => format!("G4 X{seconds:.3}"),
             Dialect::Haas => format!("G4 P{seconds:.3}"),
+            Dialect::Siemens => format!("G4 F{seconds}"),
             Dialect::Marlin | Dialect::Klipper => format!("G4 P{:.0}", 1e3 * seconds),
             _ => format!("G4 P{seconds}"),
         };
@@ -77,7 +88,10 @@ impl Writer {
             Dialect::Fanuc | Dialect::Haas => {
                 self.line("M30\n%");
             }
-            _ => {
+            Dialect::Siemens => {
+                self.line("M30");
+            }
+            Dialect::LinuxCnc => {
                 self.line("M2");
             }
         }
@@ -91,4 +105,9 @@ pub(super) fn word(value: f64) -> String {
     let short = text.trim_end_matches('0');
     let short = if short == "-0." { "0." } else { short };
     short.to_owned()
+}
+
+/// A number of mm or deg as people write it.
+pub(super) fn plain(value: f64) -> String {
+    word(value).trim_end_matches('.').to_owned()
 }

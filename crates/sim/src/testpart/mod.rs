@@ -16,7 +16,7 @@ use crate::error::SimError;
 use crate::machine::{Machine, MachineAxis};
 use crate::program::Program;
 use crate::simulation::Simulation;
-use dialect::{Writer, word};
+use dialect::{Writer, plain, word};
 use lostmotion_base::AxisId;
 use lostmotion_base::units::deg;
 use lostmotion_gcode::Dialect;
@@ -100,7 +100,8 @@ pub struct TestOptions {
     pub feed_mm_min: Option<f64>,
 }
 
-/// Writes the program of a test.
+/// Writes the program of a test. Programs for Siemens are written, but not read: what one does tells
+/// the same test written for LinuxCNC, which has the same moves.
 ///
 /// ```
 /// use lostmotion_sim::testpart::{TestKind, TestOptions, program};
@@ -114,7 +115,7 @@ pub struct TestOptions {
 /// ```
 ///
 /// # Errors
-/// [`SimError::Refused`]: a dialect that is not written, a circle that the travel or the limits do not
+/// [`SimError::Refused`]: a dialect that a test is not written for, a circle that the travel or the limits do not
 /// allow, kinematics whose joints a program does not move one by one. As [`Simulation::check`] where
 /// the machine runs none of the usual circles.
 pub fn program(
@@ -123,12 +124,6 @@ pub fn program(
     options: &TestOptions,
 ) -> Result<String, SimError> {
     let dialect = options.dialect.unwrap_or(machine.dialect());
-    if dialect == Dialect::Siemens {
-        return Err(SimError::refused(
-            "programs for Siemens are not written",
-            "take --dialect fanuc on controls in ISO mode",
-        ));
-    }
     let of_circle = options.radius_mm.is_some() || options.feed_mm_min.is_some();
     if of_circle && !matches!(kind, TestKind::Circle | TestKind::Ballbar) {
         return Err(SimError::refused(
@@ -341,7 +336,7 @@ fn circles_up_to(
             for (code, name) in [("G3", "counter-clockwise"), ("G2", "clockwise")] {
                 writer.remark(&format!(
                     "radius {} mm, {feed:.0} mm/min, {name}",
-                    word(radius)
+                    plain(radius)
                 ));
                 writer.line(&format!("G0 X{} Y{}", word(x + radius), word(y)));
                 writer.dwell(REST_S);

@@ -9,7 +9,7 @@
 )]
 
 use lostmotion_sim::Machine;
-use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, import};
+use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, import, rows};
 
 /// Longest included files together: a bound that inputs reach.
 const MOST_BYTES: usize = 100_000;
@@ -18,6 +18,20 @@ const MOST_BYTES: usize = 100_000;
 /// of which every value is accounted for. Whatever file a description names is the description
 /// itself.
 pub(crate) fn description(format: &str, bytes: &[u8]) {
+    any(format, bytes, true);
+}
+
+/// The same for very many texts: the machine is made of one in some hundred of those that are read,
+/// which takes a thousand times as long as reading.
+#[allow(dead_code, reason = "of the fuzz targets alone")]
+pub(crate) fn many(format: &str, bytes: &[u8]) {
+    let sum = bytes
+        .iter()
+        .fold(7_u8, |sum, byte| sum.wrapping_mul(31).wrapping_add(*byte));
+    any(format, bytes, sum == 0);
+}
+
+fn any(format: &str, bytes: &[u8], is_made: bool) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
@@ -31,6 +45,13 @@ pub(crate) fn description(format: &str, bytes: &[u8]) {
         max_bytes: MOST_BYTES,
         ..ImportOptions::default()
     };
+    if !is_made {
+        match rows("fuzzed", text, format, &options) {
+            Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
+            Ok(found) => assert!(!found.is_empty()),
+        }
+        return;
+    }
     match import("fuzzed", text, format, &options) {
         Err(error) => assert!(error.to_string().contains("fuzzed"), "{error}"),
         Ok(found) => {

@@ -4,7 +4,7 @@ use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
 use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::control::Control;
-use lostmotion_sim::import::{Fate, FileSource, ImportFormat, ImportOptions, Imported, import};
+use lostmotion_sim::import::{Fate, FileSource, ImportFormat, ImportOptions, Imported, Row, import};
 use lostmotion_sim::{Machine, Program, Simulation};
 
 fn read_with(
@@ -556,7 +556,7 @@ fn linuxcnc_steppers_of_hal() {
         rows("[HAL] setp ini.1.jerk"),
         [("7", Fate::Ignored, "no limit that is read")]
     );
-    let note = "read for pins of kinematics, step generators and limits";
+    let note = "read for step generators, their joints, limits and pins of kinematics";
     assert_eq!(
         rows("[HAL] HALFILE"),
         [
@@ -580,6 +580,45 @@ fn linuxcnc_steppers_of_hal() {
         .find(|row| row.key == "[JOINT_0] SCALE")
         .unwrap();
     assert_eq!(row.note, "[HAL] setp stepgen.0.position-scale counts");
+    // Whose a generator is, the nets tell: a lathe's second is that of joint 2, and a servo has none.
+    let nets = "loadrt stepgen step_type=0,0\nsetp stepgen.0.position-scale 400\nsetp stepgen.1.position-scale 800\nnet x joint.0.motor-pos-cmd => stepgen.0.position-cmd\nnet z joint.2.motor-pos-cmd => pid.z.command\nnet z-out pid.z.output => stepgen.1.velocity-cmd\nnet y joint.1.motor-pos-cmd => pid.y.command\nnet y-out pid.y.output => pwmgen.0.value\n";
+    for more in ["", "SCALE = 50\n"] {
+        let (told, machine) = with(&ini(more), nets);
+        let [x, y, z] = all(&machine);
+        assert!(near(x.unwrap(), 8.0) && y.is_none() && near(z.unwrap(), 4.0));
+        assert_eq!(
+            fate(&told, "[HAL] setp stepgen.1.position-scale"),
+            Fate::Used
+        );
+    }
+    // Files that others source, and one that sources itself; what is set once the screen has begun.
+    let nested = |name: &str| match name {
+        "x.hal" => Ok("source y.hal\n".to_owned()),
+        "y.hal" => Ok(format!("{loaded}source y.hal\n")),
+        "late.hal" => Ok("setp stepgen.0.position-scale 160\n".to_owned()),
+        _ => Err("no such file".to_owned()),
+    };
+    let options = ImportOptions {
+        files: &nested,
+        ..ImportOptions::default()
+    };
+    let text = ini("").replace("[JOINT_0]", "[HAL]\nPOSTGUI_HALFILE = late.hal\n[JOINT_0]");
+    let (told, machine) = read_with("mill.ini", &text, &options).unwrap();
+    assert!(near(turn(&machine, AxisId::X).unwrap(), 20.0));
+    let deep = told.rows.iter().filter(|row| row.key == "[HAL] source");
+    let deep: Vec<_> = deep.map(|row| (row.value.as_str(), row.fate)).collect();
+    assert_eq!(deep.first(), Some(&("y.hal", Fate::Used)));
+    assert_eq!(deep.last().map(|row| row.1), Some(Fate::Ignored));
+    assert_eq!(fate(&told, "[HAL] POSTGUI_HALFILE"), Fate::Used);
+    // Of one name twice in a section LinuxCNC finds the first.
+    let twice = ini("BACKLASH = 0.5\nMAX_ACCELERATION = 900\n");
+    let (told, machine) = with(&twice, "");
+    let x = machine.axis(AxisId::X).unwrap();
+    assert!(near(x.config.gap_in_unit(), 0.02) && near(x.limits.acceleration, 300.0));
+    let is_second =
+        |row: &&Row| (row.key.as_str(), row.value.as_str()) == ("[JOINT_0] BACKLASH", "0.5");
+    let row = told.rows.iter().find(is_second).unwrap();
+    assert_eq!(row.note, "axis X: LinuxCNC takes the first of one name");
     // The INI file alone: a generator whose steps it does not tell.
     let (told, machine) = with(&ini("STEPGEN_MAXACCEL = 400\n"), "");
     assert!(all(&machine).iter().all(Option::is_some));
@@ -710,6 +749,14 @@ fn twincat_axes() {
     assert_eq!(c.velocity, std::f64::consts::FRAC_PI_2);
     assert!(machine.axis(AxisId::X).unwrap().limits.max != 7.0);
     assert_eq!(fate(&told, "Axis Conveyor"), Fate::Ignored);
+    // Limits in words that are not known are told.
+    let other = one
+        .replace("SoftEndMinControl", "SoftEndMin")
+        .replace("AccelerationMaximum", "MaxAcceleration");
+    let (told, _) = read("Axis X.xti", &other);
+    for key in ["X SoftEndMin Range", "X Dynamic MaxAcceleration"] {
+        assert_eq!(fate(&told, key), Fate::Ignored);
+    }
     let said = refused("X.xti", &one.replace("\"400\"", "\"-4\""));
     assert!(
         said.contains("X Velo Maximum") && said.contains("above 0"),

@@ -92,6 +92,34 @@ fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
     }
 }
 
+/// A pulse whose units nobody publishes is no advice: the best way with numbers is, or nothing.
+#[test]
+fn what_has_no_numbers_is_not_recommended() {
+    let turning = "G21 G90 G17 G64 P0.01\nG54 G0 X0 Y0 Z5 A0\nG1 Z-1 F300\nX10 A30 F500\nX0 A0\nY10 A-20\nG0 Z5\nM2\n";
+    let exact = RecommendOptions {
+        gap_uncertainty: Some(0.0),
+        ..RecommendOptions::default()
+    };
+    let (machine, options) = (Machine::preset("vmc4").unwrap(), SimulateOptions::default());
+    for control in [Control::Fanuc, Control::Heidenhain] {
+        let of = recommend(&program(turning), &machine, &options, control, &exact);
+        let answer = of.unwrap();
+        assert!(
+            answer
+                .notes
+                .iter()
+                .any(|note| note.starts_with("best for the program is reversal-pulse, RMS ")),
+            "{:?}",
+            answer.notes
+        );
+        assert_eq!(answer.method.is_none(), answer.settings.is_empty());
+        assert_eq!(answer.method.is_none(), answer.refused.is_some());
+        if answer.method.is_some() {
+            assert_eq!(answer.gap_uncertainty, Some(0.0));
+        }
+    }
+}
+
 #[test]
 fn units_and_signs_are_those_of_the_control() {
     let of = |control| settings(control, &RecommendOptions::default());
@@ -99,7 +127,15 @@ fn units_and_signs_are_those_of_the_control() {
         of(Control::Siemens).paste[0],
         "N32450 $MA_BACKLASH[0,AX1]=0.04"
     );
-    assert_eq!(of(Control::Beckhoff).settings[0].value, "400");
+    let isg = of(Control::Beckhoff);
+    assert_eq!(isg.settings[0].value, "400");
+    // Which of 1 and 2 it is depends on how homing ends.
+    assert_eq!(isg.settings[1].value, "1");
+    assert!(
+        isg.preconditions
+            .iter()
+            .any(|text| text.contains("homing ends"))
+    );
     assert_eq!(
         of(Control::Smoothieware).paste[0],
         "alpha_backlash_mm    0.04    # X"
@@ -275,6 +311,21 @@ fn what_is_not_rewritten_is_told_by_its_line() {
             "G21 G90 G17\nG0 X5 Y0\nG3 X-5 Y0 I-5 F100 M0\nM2\n",
             3,
             "line of its own",
+        ),
+        (
+            "G21 G90\nG1 X9 F100\nG92 X0\nX5\nM2\n",
+            3,
+            "G92 takes where",
+        ),
+        (
+            "G21 G90\nG1 X9 F100\nG10 L20 P1 X0\nX5\nM2\n",
+            3,
+            "G10 L20 takes where",
+        ),
+        (
+            "G21 G90\nG1 X9 F100\nG28.1\nX5\nM2\n",
+            3,
+            "G28.1 takes where",
         ),
     ] {
         let error = refused(text, &machine());
