@@ -64,6 +64,12 @@ const STEADY_ROOM: f64 = (1.0 - excess::TIGHTEN_MARGIN) / (1.0 + STEADY_EXCESS);
 /// How many ways to the nominal pace and from it are tried, each a part shorter. A choice: where the
 /// first ones pass a limit, one that changes the pace at another place often does not.
 const TRIED_WAYS: usize = 4;
+/// How often a way between two paces is found with less room where it passes a limit. A
+/// choice: what is left after four is a way that does not go there.
+const WAY_ROUNDS: usize = 4;
+/// Intervals for which a window goes on as the search began before a way to a steady pace, tried in
+/// turn. A choice: the reach of the given coefficients, and as many as are eased.
+const HELD_ON: [usize; 3] = [0, 8, EASED_AGAIN];
 /// Part of a limit that has to be left to what is held back on a way from the nominal pace, if all
 /// ways pass one. A choice: the next window nearly always mends as much.
 const LEAST_HELD_BACK: f64 = 0.95;
@@ -274,10 +280,7 @@ impl Windows {
                 return None;
             }
             self.x[over..].fill(1.0);
-            if over > 0 && !self.join(0..over, known) {
-                return None;
-            }
-            let trial = self.trial(end, given, true);
+            let trial = self.way(0..over, known, end, given)?;
             let keeps = |(interval, scale): &(usize, [f64; 2])| {
                 *interval >= judged || scale[0].min(scale[1]) >= STEADY_ROOM
             };
@@ -293,10 +296,9 @@ impl Windows {
             let from = given + (intervals - given) * way / (2 * TRIED_WAYS);
             self.x[given..from + 2].fill(1.0);
             self.x[intervals..].copy_from_slice(&before[intervals..]);
-            if !self.join(from..intervals, &[]) {
+            let Some(trial) = self.way(from..intervals, &[], end, given) else {
                 continue;
-            }
-            let trial = self.trial(end, given, true);
+            };
             if trial.least() > 1.0 - ROUND_EXCESS {
                 return Some(trial);
             }
@@ -312,9 +314,43 @@ impl Windows {
         Some(self.trial(end, given, true))
     }
 
+    /// A way over some intervals between the paces at both of their ends, found again with less room
+    /// where its samples pass a limit: the best of a few. All as it is where there are no intervals.
+    fn way(&mut self, over: Range<usize>, known: &[f64], end: End, given: usize) -> Option<Trial> {
+        if over.is_empty() {
+            return Some(self.trial(end, given, true));
+        }
+        let paces = self.x.clone();
+        let mut room = vec![[1.0; 2]; over.len()];
+        let mut best: Option<(f64, Trial, Vec<f64>)> = None;
+        for _ in 0..WAY_ROUNDS {
+            self.x.clone_from(&paces);
+            if !self.join(over.clone(), known, &room) {
+                break;
+            }
+            let trial = self.trial(end, given, true);
+            let mut least = 1.0_f64;
+            for (interval, scale) in trial.excess.iter().filter(|(at, _)| over.contains(at)) {
+                let room = &mut room[interval - over.start];
+                *room = [room[0] * scale[0], room[1] * scale[1]];
+                least = least.min(scale[0]).min(scale[1]);
+            }
+            if best.as_ref().is_none_or(|(known, ..)| least > *known) {
+                best = Some((least, trial, self.x.clone()));
+            }
+            if least > 1.0 - ROUND_EXCESS {
+                break;
+            }
+        }
+        let (_, trial, x) = best?;
+        self.x = x;
+        Some(trial)
+    }
+
     /// Finds a way between the paces that the coefficients have at both ends of some intervals;
-    /// false if there is none.
-    fn join(&mut self, over: Range<usize>, known: &[f64]) -> bool {
+    /// false if there is none. `left` is the part of the limits of acceleration and jerk that is left to
+    /// an interval, the whole where it says nothing.
+    fn join(&mut self, over: Range<usize>, known: &[f64], left: &[[f64; 2]]) -> bool {
         let x = &mut self.x[over.start..over.end + 2];
         let count = x.len();
         if let Some(known) = known.get(..2) {
@@ -337,7 +373,8 @@ impl Windows {
                 } else {
                     PLANNED_PARTS[2]
                 };
-                [1.0, planned + (1.0 - planned) * part]
+                let [acceleration, jerk] = left.get(interval).copied().unwrap_or([1.0; 2]);
+                [acceleration, jerk * (planned + (1.0 - planned) * part)]
             })
             .collect();
         let mut problem = limits(
@@ -377,10 +414,63 @@ impl Windows {
                 self.x = found;
             }
         }
-        Trial {
-            is_kept,
-            ..self.settle(trial, ends, given)
+        let longest = LONGEST_DIPPED * trial.samples.len() as f64 + 1.0;
+        let settled = self.settle(trial, longest, ends, given);
+        if !is_kept {
+            return Trial { is_kept, ..settled };
         }
+        // Where nothing better was found a steady pace, dipped around what passes a limit, with the
+        // fastest way to it, mostly is better than what the search began with.
+        let (slow, slow_s) = (self.x.clone(), self.lasts_s());
+        match self.steady_with_dips(ends, given, known, settled.samples.len() as f64) {
+            Some(other) if self.lasts_s() < slow_s => Trial { is_kept, ..other },
+            _ => {
+                self.x = slow;
+                Trial { is_kept, ..settled }
+            }
+        }
+    }
+
+    /// The nominal pace, or where that is none to fall back on the one of the window's end, with dips
+    /// where it passes a limit; `None` if there is no way to it or from it, or if dips do not suffice.
+    fn steady_with_dips(
+        &mut self,
+        ends: [End; 2],
+        given: usize,
+        known: &[f64],
+        longest: f64,
+    ) -> Option<Trial> {
+        let pace = if self.has_pace { 1.0 } else { self.tail };
+        let slow = self.x.clone();
+        let is_given = ends[0] == End::Moving && known.iter().take(2).any(|x| *x != pace);
+        let over = if is_given { self.margin.min(given) } else { 0 };
+        let judged = if ends[1] == End::Moving {
+            given.saturating_sub(JUDGED_REACH)
+        } else {
+            usize::MAX
+        };
+        // A state that leaves no room at once may leave some when it has gone on as it was for a while.
+        HELD_ON.into_iter().find_map(|from| {
+            if from > 0 && from >= over {
+                return None;
+            }
+            self.x.clone_from(&slow);
+            self.x[over..].fill(pace);
+            let known = if from == 0 {
+                known
+            } else {
+                &slow[from..from + 2]
+            };
+            let trial = self.way(from..over, known, ends[1], given)?;
+            let mut trial = self.settle(trial, longest, ends, given);
+            if ends[1] == End::Moving && self.has_pace {
+                trial = self.leave_pace(ends[1], given, &slow)?;
+            }
+            let keeps = |(interval, scale): &(usize, [f64; 2])| {
+                *interval >= judged || scale[0].min(scale[1]) >= LEAST_ROOM
+            };
+            trial.excess.iter().all(keeps).then_some(trial)
+        })
     }
 
     /// The solution after limits were tightened where its samples pass them. The limits of the first
@@ -418,13 +508,12 @@ impl Windows {
         trial
     }
 
-    /// Lowers the pace where a limit is still passed by a little, if that suffices and takes hardly
-    /// longer.
-    fn settle(&mut self, first: Trial, ends: [End; 2], given: usize) -> Trial {
+    /// Lowers the pace where a limit is still passed by a little, if that suffices and takes no more
+    /// than so many samples.
+    fn settle(&mut self, first: Trial, longest: f64, ends: [End; 2], given: usize) -> Trial {
         if first.excess.is_empty() {
             return first;
         }
-        let longest = LONGEST_DIPPED * first.samples.len() as f64 + 1.0;
         // What is held back may be dipped further, but not until it stands still.
         let slowest_s = SLOWEST_DIPPED * self.lasts_s();
         let (mut best, mut found) = (first, self.x.clone());

@@ -4,7 +4,9 @@ use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
 use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::control::Control;
-use lostmotion_sim::import::{Fate, FileSource, ImportFormat, ImportOptions, Imported, Row, import};
+use lostmotion_sim::import::{
+    Fate, FileSource, ImportFormat, ImportOptions, Imported, Row, import,
+};
 use lostmotion_sim::{Machine, Program, Simulation};
 
 fn read_with(
