@@ -68,8 +68,8 @@ const TRIED_WAYS: usize = 4;
 /// choice: what is left after four is a way that does not go there.
 const WAY_ROUNDS: usize = 4;
 /// Intervals for which a window goes on as the search began before a way to a steady pace, tried in
-/// turn. A choice: the reach of the given coefficients, and as many as are eased.
-const HELD_ON: [usize; 3] = [0, 8, EASED_AGAIN];
+/// turn. A choice: the reach of the given coefficients, as many as are eased, and some more.
+const HELD_ON: [usize; 4] = [0, 8, EASED_AGAIN, 4 * EASED_AGAIN];
 /// Part of a limit that has to be left to what is held back on a way from the nominal pace, if all
 /// ways pass one. A choice: the next window nearly always mends as much.
 const LEAST_HELD_BACK: f64 = 0.95;
@@ -443,7 +443,6 @@ impl Windows {
         let pace = if self.has_pace { 1.0 } else { self.tail };
         let slow = self.x.clone();
         let is_given = ends[0] == End::Moving && known.iter().take(2).any(|x| *x != pace);
-        let over = if is_given { self.margin.min(given) } else { 0 };
         let judged = if ends[1] == End::Moving {
             given.saturating_sub(JUDGED_REACH)
         } else {
@@ -451,6 +450,11 @@ impl Windows {
         };
         // A state that leaves no room at once may leave some when it has gone on as it was for a while.
         HELD_ON.into_iter().find_map(|from| {
+            let over = if from == 0 && !is_given {
+                0
+            } else {
+                (from + self.margin).min(given)
+            };
             if from > 0 && from >= over {
                 return None;
             }
