@@ -143,6 +143,10 @@ impl Conditioner {
                 self.section.extend([last, *next]);
             }
             Taken::Open | Taken::Curve { .. } => {
+                // A run of moves that do not belong to the section may end with its first one.
+                if self.section.len() == 1 {
+                    self.joiner.close(judge, out);
+                }
                 self.section.push(*next);
                 self.held += joint::weight(next);
                 if self.held >= self.due {

@@ -112,6 +112,7 @@ impl Joiner {
 
     /// Outputs the only move of the chain up to a place.
     pub(super) fn lead_in_to(&mut self, from: f64, out: &mut Vec<PathStep>) {
+        debug_assert!(self.chain.len() <= 1, "moves before it would be lost");
         if let Some(first) = self.chain.last()
             && from > self.spent
         {

@@ -22,6 +22,8 @@ const DIGITS_MM: f64 = 2e-6;
 /// Places at which a curve is looked at before the nearest one is refined.
 const SCAN: usize = 64;
 const FINE_SCAN: usize = 4096;
+/// Lines within the tolerance of each other that samples may be told of one of them.
+const MERGED: usize = 8;
 
 struct Drawn {
     text: String,
@@ -324,6 +326,20 @@ fn check(name: &str, turns: bool, sagitta: f64, count: u64) {
                 program.text
             );
         }
+        // No joint is faster than it can be: nothing is left out.
+        for pair in samples.windows(2) {
+            let moved = pair[1].0.position - pair[0].0.position;
+            for axis in machine.axes() {
+                let way = moved.0[axis.id.index()].abs();
+                assert!(
+                    way <= axis.limits.velocity * 1.001e-3 + DIGITS_MM,
+                    "{name} {seed} {quality:?}: {} goes {way} in 1 ms at line {}\n{}",
+                    axis.id,
+                    pair[1].0.block.span.line,
+                    program.text
+                );
+            }
+        }
         // Each programmed end point is near the way between two samples. That leaves the true way
         // by a T^2 / 8 at most.
         for (number, (way, slack)) in &known {
@@ -334,7 +350,7 @@ fn check(name: &str, turns: bool, sagitta: f64, count: u64) {
                     .iter()
                     .filter(|(k, _)| (line.min(*number)..line.max(*number)).contains(k))
                     .count();
-                steps <= 3
+                steps <= MERGED
             };
             let missed = samples
                 .windows(2)
@@ -396,5 +412,37 @@ fn a_corner_that_a_rotary_axis_hides_is_no_point_of_a_curve() {
             sample.block.span.line < 3 || beside <= 0.05 + DIGITS_MM,
             "{beside} {sample:?}"
         );
+    }
+}
+
+/// A run through vertices that ends where a curve begins: the moves before that one are kept.
+#[test]
+fn moves_before_a_curve_are_not_lost() {
+    let program = |first: &str, tolerance: f64| {
+        format!(
+            "G21 G90\nG64 P{tolerance}\nF3000\n{first} X-5.6 Y6.6 A2\nG1 X-6.3 Y7.1\nG1 X-8.9 Y10.2\nM2\n"
+        )
+    };
+    for name in ["vmc4", "trunnion5", "fork5", "swivel5"] {
+        let machine = Machine::preset(name).unwrap();
+        let letter = machine.axes().iter().find(|axis| axis.is_rotary()).unwrap();
+        for first in ["G0", "G1"] {
+            for tolerance in [0.05, 0.1, 0.5] {
+                let text = program(first, tolerance).replace('A', &letter.id.to_string());
+                for quality in [Quality::Fast, Quality::Optimal] {
+                    let samples = places(&machine, &text, quality);
+                    let lines = [4, 5, 6];
+                    for pair in samples.windows(2) {
+                        let way = off(&pair[0].1, &pair[1].1);
+                        assert!(way < 1.0, "{name} {quality:?}: {way} mm in 1 ms\n{text}");
+                    }
+                    for line in lines {
+                        let is_there =
+                            |(sample, _): &(Sample, Place)| sample.block.span.line == line;
+                        assert!(samples.iter().any(is_there), "{name}: line {line}\n{text}");
+                    }
+                }
+            }
+        }
     }
 }
