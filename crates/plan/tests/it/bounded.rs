@@ -46,8 +46,8 @@ fn plan(case: &Case) -> Vec<Sample> {
 }
 
 /// Part by which a plan of quality `optimal` may take longer than that of `fast`: where no better
-/// motion is found within a window, the nominal pace stands in for it, or what comes near to it.
-const SLOWER: f64 = 0.1;
+/// motion is found within a window, the nominal pace stands in for it, or half of it (record 118).
+const SLOWER: f64 = 0.25;
 
 #[test]
 fn plans_of_both_qualities_end() {
