@@ -225,7 +225,8 @@ pub fn import(
 /// use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, rows};
 ///
 /// let found = rows("grbl.txt", "$110=3000\n$32=1\n", ImportFormat::Grbl, &ImportOptions::default())?;
-/// assert_eq!((found[0].key.as_str(), found[0].fate), ("$110", Fate::Used));
+/// let rate = found.iter().find(|row| row.key == "$110").expect("a rate");
+/// assert_eq!((rate.value.as_str(), rate.fate), ("3000", Fate::Used));
 /// # Ok::<(), lostmotion_sim::machine::MachineError>(())
 /// ```
 ///
