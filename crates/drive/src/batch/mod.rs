@@ -29,7 +29,7 @@ pub use lanes::WIDTH;
 /// Least axes in a group where there are threads for more groups. A choice: the vectors of a group
 /// cost the same whether one lane or all have an axis, but events, compensators and models of their axes,
 /// which go lane by lane, cost more.
-const WORTH_A_GROUP: usize = 2;
+const WORTH_A_GROUP: usize = 4;
 
 /// How many groups axes are dealt out to: as many for each thread, so that none is idle while another
 /// has more than it needs, if that leaves enough axes in each.
