@@ -59,7 +59,8 @@ impl AxisBatch {
     pub fn new(axes: Vec<Box<dyn AxisRunner>>, threads: usize) -> AxisBatch {
         // axes of one kind, by the ticks of a command cycle and the periods of a tick
         type Kind = (usize, u32);
-        let mut kinds: Vec<(Kind, Vec<(usize, Box<dyn AxisRunner>)>)> = Vec::new();
+        type Alike = Vec<(usize, Box<dyn AxisRunner>)>;
+        let mut kinds: Vec<(Kind, Alike)> = Vec::new();
         let mut group_of = vec![0; axes.len()];
         for (index, mut axis) in axes.into_iter().enumerate() {
             let kind = (axis.servo_ticks(), axis.current_loop().periods());
