@@ -174,7 +174,7 @@ impl<'a> Rehearser<'a> {
         );
         let mut stepper = Stepper::new(setup, &variants, self.threads, Kept::default(), None)?;
         let axes = stepper.chunk.outputs.axes().to_vec();
-        let mut pass = Pass {
+        let mut pass = Rehearsal {
             clock: setup.machine.cycles().command(),
             returns: Returns::new(axes.len()),
             axes,
@@ -209,7 +209,7 @@ impl<'a> Rehearser<'a> {
 }
 
 /// A rehearsal on its way.
-struct Pass {
+struct Rehearsal {
     clock: Clock,
     axes: Vec<AxisInfo>,
     returns: Returns,
@@ -219,7 +219,7 @@ struct Pass {
     measured: Measured,
 }
 
-impl Pass {
+impl Rehearsal {
     /// Measures a chunk; whether that is enough.
     fn take(&mut self, chunk: &Chunk, tracker: &ContourTracker) -> bool {
         for frame in chunk.frames.iter().filter(|frame| frame.is_command_tick) {
