@@ -39,14 +39,13 @@ struct Marks {
 }
 
 impl Group {
-    pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
-        let servo_ticks = axis.servo_ticks() as u32;
-        let lanes = Box::new(Lanes::new(servo_ticks as usize));
+    /// Of no axis yet.
+    pub(super) fn new(servo_ticks: u32, periods: u32) -> Group {
         Group {
-            axes: vec![axis],
+            axes: Vec::new(),
             servo_ticks,
             periods,
-            lanes,
+            lanes: Box::new(Lanes::new(servo_ticks as usize)),
             twins: Box::default(),
             arch: Arch::new(),
             marks: Marks::default(),
@@ -54,19 +53,9 @@ impl Group {
         }
     }
 
-    /// Whether it has room for one more axis in a group of at most `size`.
-    pub(super) fn takes(&self, axis: &dyn AxisRunner, periods: u32, size: usize) -> bool {
-        self.axes.len() < size.min(WIDTH)
-            && self.periods == periods
-            && self.servo_ticks as usize == axis.servo_ticks()
-    }
-
+    /// Adds an axis with as many ticks and periods, of at most [`WIDTH`].
     pub(super) fn add(&mut self, axis: Box<dyn AxisRunner>) {
         self.axes.push(axis);
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.axes.len()
     }
 
     pub(super) fn axes(&self) -> impl Iterator<Item = &dyn AxisRunner> {
@@ -83,7 +72,7 @@ impl Group {
     pub(super) fn push(
         &mut self,
         setpoints: &[&[Setpoint]],
-        outputs: &mut [AxisOutput],
+        outputs: &mut [&mut AxisOutput],
     ) -> Vec<Result<(), AxisError>> {
         let mut results: Vec<Result<(), AxisError>> = outputs.iter().map(|_| Ok(())).collect();
         // lanes may bring lists of different lengths; one that has come to its end rests
@@ -124,7 +113,7 @@ impl Group {
 
     /// Takes up the axes that begin and those whose numbers may have changed, the setpoints of all,
     /// and gives back those that do not go on.
-    fn take_up(&mut self, described: &mut [bool; WIDTH], outputs: &mut [AxisOutput]) {
+    fn take_up(&mut self, described: &mut [bool; WIDTH], outputs: &mut [&mut AxisOutput]) {
         let Group {
             axes,
             lanes,
@@ -161,7 +150,7 @@ impl Group {
         }
     }
 
-    fn servo_tick(&mut self, index: u32, outputs: &mut [AxisOutput]) {
+    fn servo_tick(&mut self, index: u32, outputs: &mut [&mut AxisOutput]) {
         let Group {
             axes,
             periods,
@@ -258,7 +247,7 @@ impl Group {
     }
 
     /// Appends what the lanes showed during a setpoint, and what their controls watch at its end.
-    fn show(&mut self, outputs: &mut [AxisOutput]) {
+    fn show(&mut self, outputs: &mut [&mut AxisOutput]) {
         for (lane, (axis, output)) in self.axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
             if self.marks.running[lane] && !self.marks.resident[lane] {
                 let peak_current_a = self.lanes.states.peak.0[lane];

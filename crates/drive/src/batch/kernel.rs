@@ -124,8 +124,7 @@ impl<S: Simd> Part<S> {
             self.get(&n.third),
             &before,
             &after,
-        ) & self.sliding(n, 0, [before[2], after[2]])
-            & self.sliding(n, 1, [before[3], after[3]]);
+        );
         if lanes.any_pushing {
             quiet = quiet
                 & keeps_pushing(
@@ -136,10 +135,25 @@ impl<S: Simd> Part<S> {
                     &after,
                 );
         }
+        let mut same =
+            self.sliding(n, 0, [before[2], after[2]]) & self.sliding(n, 1, [before[3], after[3]]);
         if lanes.any_stuck {
-            quiet = quiet & self.standing(n, &before, &after, held_load);
+            same = same & self.standing(n, &before, &after, held_load);
         }
         let (zero, one) = (self.all(0.0), self.all(1.0));
+        // near rest and near breaking away the cubics tell more
+        if !one.flag(same).less(one).none() {
+            let friction = [
+                self.get(&n.friction[0]),
+                self.get(&n.friction[1]) + held_load,
+            ];
+            let held = (held_voltage, friction, held_load);
+            let ends = [&before, &after];
+            same = same
+                | (n.watches[0].keeps(|row| self.get(row), ends, held)
+                    & n.watches[1].keeps(|row| self.get(row), ends, held));
+        }
+        quiet = quiet & same;
         let fine = Wide::choose(limited, zero, one.flag(quiet));
         let any = self.stop(fine, active, stopped);
 

@@ -1,6 +1,6 @@
 //! The numbers of a group of axes, quantity by quantity.
 
-use crate::plant::{Electric, Lane, PlantState};
+use crate::plant::{Electric, Lane, PlantState, Watch};
 use crate::runner::{CurrentLoop, Monitored, Seen};
 use crate::servo::{CurrentNumbers, TickNumbers};
 use crate::signal::{AxisSample, Correction, Engagement, MotorSample};
@@ -66,6 +66,7 @@ pub(super) struct PeriodNumbers {
     pub(super) speed_margin: [Row; 2],
     pub(super) holding: [Row; 2],
     pub(super) torque_margin: Row,
+    pub(super) watches: [Watch<Row>; 2],
 }
 
 /// A group of axes as the kernel sees it.
@@ -141,6 +142,9 @@ impl Lanes {
         put(&mut n.speed_margin, lane, plant.look.speed_margin);
         put(&mut n.holding, lane, plant.look.holding);
         n.torque_margin.0[lane] = plant.look.torque_margin;
+        for (rows, watch) in n.watches.iter_mut().zip(&plant.look.watches) {
+            rows.put(watch, in_lane(lane));
+        }
         // kept to see whether an event has left the mode that these numbers belong to
         self.modes[lane] = Some(plant);
         // looks that no lane needs are left out of the kernel

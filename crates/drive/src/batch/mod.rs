@@ -26,59 +26,85 @@ use lostmotion_base::threads;
 
 pub use lanes::WIDTH;
 
-/// Axes for which it pays to make a group of their own for a further thread. A choice: the vectors of
-/// a group cost the same however many lanes have an axis, and half of them should.
-const WORTH_A_GROUP: usize = WIDTH / 2;
+/// Least axes in a group where there are threads for more groups. A choice: the vectors of a group
+/// cost the same whether one lane or all have an axis, but events, compensators and models of their axes,
+/// which go lane by lane, cost more.
+const WORTH_A_GROUP: usize = 4;
 
-/// Axes in a group, so that no thread is idle while another has more than it needs: as many groups
-/// for each thread, if that leaves enough axes in each.
-fn group_size(axes: usize, threads: usize) -> usize {
-    let groups = axes.div_ceil(WIDTH).next_multiple_of(threads);
-    axes.div_ceil(groups.max(1)).max(WORTH_A_GROUP)
+/// How many groups axes are dealt out to: as many for each thread, so that none is idle while another
+/// has more than it needs, if that leaves enough axes in each.
+fn group_count(axes: usize, threads: usize) -> usize {
+    let needed = axes.div_ceil(WIDTH);
+    needed
+        .next_multiple_of(threads)
+        .min(axes / WORTH_A_GROUP)
+        .max(needed)
 }
 
 /// Axes that are stepped side by side.
 pub struct AxisBatch {
     groups: Vec<Group>,
+    /// The group of each axis, in whose order a group has them.
+    group_of: Vec<usize>,
     threads: usize,
 }
 
 impl AxisBatch {
-    /// Of axes that need not be alike. Those with the same cycles share vectors best if they are
-    /// neighbours. `threads`: 1 steps all of them on the caller's thread; more
-    /// share them out over the pool in force ([`threads::pool`]), which should have that many. The results do
-    /// not depend on it.
+    /// Axes that are stepped in vectors together, at most.
+    pub const GROUP: usize = WIDTH;
+
+    /// Of axes that need not be alike; those with the same cycles share vectors. `threads`: 1 steps all
+    /// of them on the caller's thread; more share them out over the pool in force ([`threads::pool`]),
+    /// which should have that many. The results do not depend on it.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>, threads: usize) -> AxisBatch {
-        let size = group_size(axes.len(), threads.max(1));
-        let mut groups: Vec<Group> = Vec::new();
-        for mut axis in axes {
-            let periods = axis.current_loop().periods();
-            match groups.last_mut() {
-                Some(group) if group.takes(&*axis, periods, size) => group.add(axis),
-                _ => groups.push(Group::new(axis, periods)),
+        // axes of one kind, by the ticks of a command cycle and the periods of a tick
+        type Kind = (usize, u32);
+        type Alike = Vec<(usize, Box<dyn AxisRunner>)>;
+        let mut kinds: Vec<(Kind, Alike)> = Vec::new();
+        let mut group_of = vec![0; axes.len()];
+        for (index, mut axis) in axes.into_iter().enumerate() {
+            let kind = (axis.servo_ticks(), axis.current_loop().periods());
+            match kinds.iter_mut().find(|(known, _)| *known == kind) {
+                Some((_, alike)) => alike.push((index, axis)),
+                None => kinds.push((kind, vec![(index, axis)])),
             }
         }
-        AxisBatch { groups, threads }
+        let mut groups: Vec<Group> = Vec::new();
+        for ((servo_ticks, periods), alike) in kinds {
+            // dealt out like cards: neighbours are the axes of one machine with one method, which cost
+            // about the same
+            let (first, count) = (groups.len(), group_count(alike.len(), threads.max(1)));
+            groups.extend((0..count).map(|_| Group::new(servo_ticks as u32, periods)));
+            for (card, (index, axis)) in alike.into_iter().enumerate() {
+                group_of[index] = first + card % count;
+                groups[group_of[index]].add(axis);
+            }
+        }
+        AxisBatch {
+            groups,
+            group_of,
+            threads,
+        }
     }
 
     /// Number of axes.
     pub fn len(&self) -> usize {
-        self.groups.iter().map(Group::len).sum()
+        self.group_of.len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.groups.is_empty()
+        self.group_of.is_empty()
     }
 
     /// The axes in their order.
     pub fn axes(&self) -> impl Iterator<Item = &dyn AxisRunner> {
-        self.groups.iter().flat_map(Group::axes)
+        in_order(&self.group_of, self.groups.iter().map(Group::axes))
     }
 
     /// The axes in their order, to be told something.
     pub fn axes_mut(&mut self) -> impl Iterator<Item = &mut dyn AxisRunner> {
-        self.groups.iter_mut().flat_map(Group::axes_mut)
+        in_order(&self.group_of, self.groups.iter_mut().map(Group::axes_mut))
     }
 
     /// Gives each axis its setpoints and an output to append to, as [`AxisRunner::push`] does;
@@ -93,20 +119,30 @@ impl AxisBatch {
         setpoints: &[&[Setpoint]],
         outputs: &mut [AxisOutput],
     ) -> Vec<Result<(), AxisError>> {
-        type Task<'a> = (&'a mut Group, &'a [&'a [Setpoint]], &'a mut [AxisOutput]);
-        let mut tasks: Vec<Task<'_>> = Vec::with_capacity(self.groups.len());
-        let (mut setpoints, mut outputs) = (setpoints, outputs);
-        for group in &mut self.groups {
-            // each group takes its part of both lists, as far as the shorter one goes
-            let count = group.len().min(setpoints.len()).min(outputs.len());
-            let (mine, others) = setpoints.split_at(count);
-            let (my_outputs, other_outputs) = outputs.split_at_mut(count);
-            (setpoints, outputs) = (others, other_outputs);
-            tasks.push((group, mine, my_outputs));
+        type Hands<'a> = (Vec<&'a [Setpoint]>, Vec<&'a mut AxisOutput>);
+        let mut hands: Vec<Hands<'_>> = self.groups.iter().map(|_| Hands::default()).collect();
+        let lanes = setpoints.iter().zip(outputs);
+        for (group, (setpoints, output)) in self.group_of.iter().zip(lanes) {
+            hands[*group].0.push(setpoints);
+            hands[*group].1.push(output);
         }
-        let step = |(group, setpoints, outputs): Task<'_>| group.push(setpoints, outputs);
+        let step = |(group, (setpoints, mut outputs)): (&mut Group, Hands<'_>)| {
+            group.push(&setpoints, &mut outputs)
+        };
         // groups share nothing, so which thread takes which does not show in the results
-        let results = threads::map(self.threads, tasks.into_iter(), step);
-        results.into_iter().flatten().collect()
+        let tasks = self.groups.iter_mut().zip(hands);
+        let results = threads::map(self.threads, tasks, step);
+        in_order(&self.group_of, results.into_iter()).collect()
     }
+}
+
+/// What each group has of its axes, in the order of all axes; groups may have less.
+fn in_order<T, I: IntoIterator<Item = T>>(
+    group_of: &[usize],
+    groups: impl Iterator<Item = I>,
+) -> impl Iterator<Item = T> {
+    let mut groups: Vec<I::IntoIter> = groups.map(I::into_iter).collect();
+    group_of
+        .iter()
+        .filter_map(move |group| groups[*group].next())
 }

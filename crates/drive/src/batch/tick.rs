@@ -85,8 +85,8 @@ impl<S: Simd> Part<S> {
         let (s, c) = (&mut loops.states, &loops.correction);
         let numbers = loops.numbers.map(|row| self.get(row));
         // there is one row more than ticks, so the reference a tick ahead always exists
-        let [position, velocity] =
-            [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
+        let [position, velocity] = &loops.references[index];
+        let (position, velocity) = (self.get(position), self.get(velocity));
         let (zero, measured) = (self.all(0.0), self.get(&loops.velocity));
         let seen = VelocityInput {
             position,
@@ -95,7 +95,13 @@ impl<S: Simd> Part<S> {
             last_position: self.get(&s.reference),
             measured_position: self.get(&s.seen),
             measured_velocity: measured,
-            correction: [0, 1, 2, 3].map(|which: usize| self.get(&c[which])),
+            // written out: closures of `map` are at times not compiled for the vectors
+            correction: [
+                self.get(&c[0]),
+                self.get(&c[1]),
+                self.get(&c[2]),
+                self.get(&c[3]),
+            ],
             integral: self.get(&s.integral),
             voltage_limited: zero.less(self.get(&s.limited)),
         };

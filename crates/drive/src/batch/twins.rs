@@ -227,13 +227,12 @@ impl<S: Simd> Part<S> {
         // a twin's encoder is ideal: load and lead of the motor, not rounded
         let seen = self.get(&x.masses.place) + self.get(&x.masses.lead);
         let measured = numbers.speed(seen, self.get(&x.seen));
-        let [position, velocity, next_velocity] =
-            [0, 1, 2].map(|which: usize| self.get(&x.reference[which]));
+        let [position, velocity, next_velocity] = &x.reference;
         // without a correction: the twin shows what the axis would do if it had no gap
         let input = VelocityInput {
-            position,
-            velocity,
-            next_velocity,
+            position: self.get(position),
+            velocity: self.get(velocity),
+            next_velocity: self.get(next_velocity),
             last_position: self.get(&x.last_position),
             measured_position: seen,
             measured_velocity: measured,

@@ -12,7 +12,7 @@
 //! While a mass creeps (Stribeck), its F is the breakaway friction and its b less by
 //! `(F_s - F_c)/v_s`.
 
-use super::mode::{Coupling, MATRICES, Mass, Mode};
+use super::mode::{Coupling, Friction, MATRICES, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
 use crate::number::{Number, numbers};
@@ -95,6 +95,23 @@ impl PlantParams {
             } else {
                 -load / self.load_inertia_kgm2
             },
+        ]
+    }
+
+    /// The states into whose derivatives a voltage and the torques against motor and load enter, with
+    /// what one unit adds.
+    pub(super) fn inputs(&self, mode: Mode) -> [(usize, f64); 3] {
+        let against = |friction: Friction, inertia: f64| {
+            if friction.stuck() {
+                0.0
+            } else {
+                -1.0 / inertia
+            }
+        };
+        [
+            (CURRENT, 1.0 / self.inductance_h),
+            (MOTOR, against(mode.motor, self.motor_inertia_kgm2)),
+            (LOAD, against(mode.load, self.load_inertia_kgm2)),
         ]
     }
 
@@ -199,12 +216,8 @@ impl StepTable {
             }
         }
         a[TRAVEL][LOAD] = 1.0;
-        a[CURRENT][INPUTS] = 1.0 / params.inductance_h;
-        if !mode.motor.stuck() {
-            a[MOTOR][INPUTS + 1] = -1.0 / params.motor_inertia_kgm2;
-        }
-        if !mode.load.stuck() {
-            a[LOAD][INPUTS + 2] = -1.0 / params.load_inertia_kgm2;
+        for (input, (state, by)) in params.inputs(mode).into_iter().enumerate() {
+            a[state][INPUTS + input] = by;
         }
         // columns of the exponential by source, rows by state
         let e = expm(&a, params.period_s, params.rate());

@@ -58,20 +58,29 @@ pub(super) struct Guards {
 
 impl Guards {
     pub(super) fn of(params: &PlantParams, mode: Mode, held: &Held) -> Guards {
-        let none = Guard {
-            event: Event::Open,
-            offset: 0.0,
-            row: [0.0; 4],
-        };
-        let mut guards = Guards {
-            list: [none; MAX_GUARDS],
-            len: 0,
-        };
+        let mut guards = Guards::NONE;
         guards.contact(params, mode);
         guards.mass(params, mode, Mass::Motor, held);
         guards.mass(params, mode, Mass::Load, held);
         guards
     }
+
+    /// Those of the friction of a mass: of two the second is the negative of the first, but for their
+    /// offsets.
+    pub(super) fn of_mass(params: &PlantParams, mode: Mode, mass: Mass, held: &Held) -> Guards {
+        let mut guards = Guards::NONE;
+        guards.mass(params, mode, mass, held);
+        guards
+    }
+
+    const NONE: Guards = Guards {
+        list: [Guard {
+            event: Event::Open,
+            offset: 0.0,
+            row: [0.0; 4],
+        }; MAX_GUARDS],
+        len: 0,
+    };
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Guard> {
         self.list.iter().take(self.len)

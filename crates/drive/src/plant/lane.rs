@@ -7,6 +7,7 @@
 use super::Plant;
 use super::dynamics::Electric;
 use super::mode::{Contact, Friction, Mass, Mode};
+use super::quiet::Watch;
 use crate::config::ContactLaw;
 
 /// Numbers of a plant in a mode.
@@ -47,6 +48,8 @@ pub(crate) struct Look {
     /// Friction that holds motor and load.
     pub(crate) holding: [f64; 2],
     pub(crate) torque_margin: f64,
+    /// What the frictions of motor and load are judged by where that does not suffice.
+    pub(crate) watches: [Watch<f64>; 2],
 }
 
 impl Plant {
@@ -80,16 +83,8 @@ impl Plant {
 
     fn look(&self, mode: Mode) -> Look {
         let (params, margins) = (&self.params, &self.margins);
-        // creeping and bristles end in ways that the vectors do not look for
-        let other = |friction: Friction| {
-            !matches!(
-                friction,
-                Friction::None | Friction::Sliding(_) | Friction::Stuck
-            )
-        };
         // the range of the penetration in which the mode lasts; empty where another look is needed
         let range = match mode.contact {
-            _ if other(mode.motor) || other(mode.load) => [f64::INFINITY, f64::NEG_INFINITY],
             Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
             Contact::Gap => [-params.half_gap_rad, params.half_gap_rad],
             Contact::Spring(side) if side.sign() > 0.0 => [0.0, f64::INFINITY],
@@ -103,6 +98,8 @@ impl Plant {
         // Stribeck friction ends sliding at the speed at which it begins to rise, not at rest
         let speed_margin = |mass: Mass| match mode.friction(mass) {
             Friction::Sliding(_) => margins.speed() + params.friction(mass).slow_rad_s(),
+            // creeping ends on both sides: its cubic tells
+            Friction::Creeping(_) => f64::INFINITY,
             _ => f64::NEG_INFINITY,
         };
         // a mass that moves has nothing to break away from
@@ -133,6 +130,7 @@ impl Plant {
             speed_margin: [speed_margin(Mass::Motor), speed_margin(Mass::Load)],
             holding: [holding(Mass::Motor), holding(Mass::Load)],
             torque_margin: margins.torque(),
+            watches: [Mass::Motor, Mass::Load].map(|mass| margins.watch(params, mode, mass)),
         }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) use dynamics::{Electric, exact_step, shaft_torque};
 pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::{Bell, Bristles, Curved, FrictionShape, LoadScale, PlantParams, Wave, Waves};
-pub(crate) use quiet::{keeps_pushing, keeps_sliding, keeps_standing, stays_within};
+pub(crate) use quiet::{Watch, keeps_pushing, keeps_sliding, keeps_standing, stays_within};
 pub use state::{PlantStart, PlantState};
 
 use dynamics::{Held, StepTable, Taylor, Vector};

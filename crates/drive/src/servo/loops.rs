@@ -470,10 +470,14 @@ impl<N: Number> CurrentNumbers<N> {
         let push = self.push(period);
         let delayed = self.delayed.zero().less(self.delayed);
         CurrentOutput {
-            voltage: [0, 1].map(|axis: usize| N::choose(delayed, period.pending[axis], cut[axis])),
-            integral: [0, 1].map(|axis: usize| {
-                period.integral[axis] + self.share * (push[axis] + (cut[axis] - free[axis]))
-            }),
+            voltage: [
+                N::choose(delayed, period.pending[0], cut[0]),
+                N::choose(delayed, period.pending[1], cut[1]),
+            ],
+            integral: [
+                period.integral[0] + self.share * (push[0] + (cut[0] - free[0])),
+                period.integral[1] + self.share * (push[1] + (cut[1] - free[1])),
+            ],
         }
     }
 }

@@ -2,7 +2,9 @@
 //!
 //! ```text
 //! cutting  samples -> forces on the loads                          (cutting.rs)
+//! variant  the machine with a compensator, or without a gap         (variant.rs)
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
+//! crew     variants whose axes are stepped together                (crew.rs)
 //! guard    what drives foresee -> whether they may correct        (guard.rs)
 //! skips    where a correction would make the contour worse, to be left out        (skips.rs)
 //! rehearsal the start of the program with what drives have learned -> how far they may correct (rehearsal.rs)
@@ -20,6 +22,7 @@ mod advice;
 mod bank;
 mod collect;
 mod contours;
+mod crew;
 mod cutting;
 mod frame;
 mod guard;
@@ -31,15 +34,16 @@ mod rows;
 mod run;
 mod skips;
 mod stepper;
+mod variant;
 
 pub use bank::SETTLE_S;
-pub(crate) use bank::Variant;
 pub use frame::Frame;
 pub(crate) use guard::Rehearsals;
 pub(crate) use outputs::Kept;
 pub(crate) use rehearsal::Rehearser;
 pub(crate) use stepper::Stepper;
 pub use stepper::{TickSink, Ticks};
+pub(crate) use variant::Variant;
 
 use crate::error::SimError;
 use crate::method::Choice;

@@ -21,6 +21,8 @@ pub(crate) struct LaneLayout {
     pub(super) axes: Vec<AxisInfo>,
     /// Lane of each axis of each variant, and behind them that of the second motor of a gantry.
     pub(super) lane_of: Vec<usize>,
+    /// The variant of each lane.
+    pub(super) variant_of: Vec<usize>,
     /// Where each lane's load stands when its command is 0, in the axis' unit.
     pub(super) datums: Vec<f64>,
     pub(super) gantry: Option<Beam>,

@@ -12,17 +12,19 @@
 //! over     the way on which each axis comes back twice, 10 s at least, 120 s at most
 //! ```
 
-use super::bank::Variant;
 use super::contours::{Contours, Returns};
 use super::guard::Rehearsed;
-use super::outputs::Kept;
+use super::outputs::{AxisInfo, Kept};
 use super::skips::{RehearsedCommand, Skips};
-use super::stepper::Stepper;
+use super::stepper::{Chunk, Stepper};
+use super::variant::Variant;
 use crate::error::SimError;
 use crate::machine::Memory;
 use crate::method::Choice;
 use crate::options::SimulateOptions;
 use crate::setup::Setup;
+use lostmotion_base::Clock;
+use lostmotion_contour::ContourTracker;
 use lostmotion_methods::MethodId;
 use std::sync::Arc;
 
@@ -161,7 +163,7 @@ impl<'a> Rehearser<'a> {
         choice: &Choice,
         shares: &[f64],
         skips: &Skips,
-        (times, [least_s, most_s]): &(u32, [f64; 2]),
+        &(times, times_s): &(u32, [f64; 2]),
     ) -> Result<Measured, SimError> {
         let none = Choice::Registered(MethodId::NONE);
         let mut variants = vec![Variant::rehearsed(&none, 0.0, skips)];
@@ -172,51 +174,84 @@ impl<'a> Rehearser<'a> {
         );
         let mut stepper = Stepper::new(setup, &variants, self.threads, Kept::default(), None)?;
         let axes = stepper.chunk.outputs.axes().to_vec();
-        let clock = setup.machine.cycles().command();
-        let mut returns = Returns::new(axes.len());
-        let mut measured = Measured {
-            shares: shares.to_vec(),
-            skips: skips.clone(),
-            contours: vec![Contours::default(); shares.len()],
-            steps: Vec::new(),
-            is_whole: false,
+        let mut pass = Rehearsal {
+            clock: setup.machine.cycles().command(),
+            returns: Returns::new(axes.len()),
+            axes,
+            over: (times, times_s),
+            time_s: 0.0,
+            measured: Measured {
+                shares: shares.to_vec(),
+                skips: skips.clone(),
+                contours: vec![Contours::default(); shares.len()],
+                steps: Vec::new(),
+                is_whole: false,
+            },
         };
-        let mut time_s = 0.0;
-        loop {
-            let (_, more) = stepper.step(None, |_, _| ());
-            let more = more?;
-            let chunk = &stepper.chunk;
-            for frame in chunk.frames.iter().filter(|frame| frame.is_command_tick) {
-                let returned = returns.take(&frame.sample, &axes);
-                returns.count(returned);
-                time_s += clock.period_s();
-                let joints = |variant| chunk.outputs.load(variant, frame.servo_sample);
-                let without = joints(0);
-                let path = (&stepper.tracker, &chunk.modes);
-                let mut step = RehearsedCommand {
-                    place: (frame.sample.segment, frame.sample.s),
-                    squares: [0.0; 2],
-                    returns: returned != 0,
-                };
-                for (index, contours) in measured.contours.iter_mut().enumerate() {
-                    let pair = [without, joints(index + 1)];
-                    let squares = contours.measure(&frame.sample, &pair, clock, path);
-                    if index == 0 {
-                        step.squares = squares.unwrap_or_default();
-                    }
-                }
-                measured.steps.push(step);
+        // The chunk before is measured while the axes take one.
+        let mut more = true;
+        while more {
+            let look = |chunk: &mut Chunk, tracker: &ContourTracker| pass.take(chunk, tracker);
+            let (enough, stepped) = stepper.step(None, look);
+            if enough == Some(true) {
+                return Ok(pass.measured);
             }
-            let lengths = measured.contours.iter().map(|contours| contours.time_s);
-            let seen =
-                lengths.fold(f64::INFINITY, f64::min) >= *least_s && returns.came_back(*times);
-            measured.is_whole = !more;
-            if seen || time_s >= *most_s || !more {
-                return Ok(measured);
-            }
-            let place = stepper.chunk.place();
+            more = stepped?;
+            let place = stepper.looked_at(false).place();
             stepper.release(place);
         }
+        pass.take(&stepper.chunk, &stepper.tracker);
+        Ok(Measured {
+            is_whole: true,
+            ..pass.measured
+        })
+    }
+}
+
+/// A rehearsal on its way.
+struct Rehearsal {
+    clock: Clock,
+    axes: Vec<AxisInfo>,
+    returns: Returns,
+    /// How often each axis has to come back, and how long is rehearsed at least and at most, s.
+    over: (u32, [f64; 2]),
+    time_s: f64,
+    measured: Measured,
+}
+
+impl Rehearsal {
+    /// Measures a chunk; whether that is enough.
+    fn take(&mut self, chunk: &Chunk, tracker: &ContourTracker) -> bool {
+        for frame in chunk.frames.iter().filter(|frame| frame.is_command_tick) {
+            let returned = self.returns.take(&frame.sample, &self.axes);
+            self.returns.count(returned);
+            self.time_s += self.clock.period_s();
+            let joints = |variant| chunk.outputs.load(variant, frame.servo_sample);
+            let without = joints(0);
+            let path = (tracker, &chunk.modes);
+            let mut step = RehearsedCommand {
+                place: (frame.sample.segment, frame.sample.s),
+                squares: [0.0; 2],
+                returns: returned != 0,
+            };
+            for (index, contours) in self.measured.contours.iter_mut().enumerate() {
+                let pair = [without, joints(index + 1)];
+                let squares = contours.measure(&frame.sample, &pair, self.clock, path);
+                if index == 0 {
+                    step.squares = squares.unwrap_or_default();
+                }
+            }
+            self.measured.steps.push(step);
+        }
+        let (times, [least_s, most_s]) = self.over;
+        let lengths = self
+            .measured
+            .contours
+            .iter()
+            .map(|contours| contours.time_s);
+        let seen =
+            lengths.fold(f64::INFINITY, f64::min) >= least_s && self.returns.came_back(times);
+        seen || self.time_s >= most_s
     }
 }
 

@@ -1,7 +1,6 @@
 //! The loop: all axes of all variants through a chunk of the plan, all contour errors of the one
 //! before, and again.
 
-use super::bank::Variant;
 use super::frame::contour_input;
 use super::guard::Rehearsals;
 use super::outputs::Kept;
@@ -9,6 +8,7 @@ use super::recorder::Recorder;
 use super::rehearsal::Rehearser;
 use super::rows;
 use super::stepper::{Chunk, Stepper};
+use super::variant::Variant;
 use crate::error::SimError;
 use crate::machine::Memory;
 use crate::method::Choice;

@@ -5,12 +5,13 @@
 //! While the axes take a chunk the next one is planned, and whoever judges looks at the one before:
 //! three jobs that share nothing, side by side where there are threads, in turn where there is one.
 
-use super::bank::{Bank, Variant};
+use super::bank::Bank;
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
 use super::guard::Rehearsals;
 use super::monitor::{Monitor, Stop};
 use super::outputs::{Kept, Outputs};
+use super::variant::Variant;
 use crate::error::{SimError, SinkError};
 use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};

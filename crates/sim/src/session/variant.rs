@@ -1,0 +1,118 @@
+//! A variant of the machine: which compensator it has, and what its drives are told.
+
+use super::skips::Skips;
+use crate::method::Choice;
+use lostmotion_drive::config::{Load, Reflected};
+use lostmotion_drive::{AxisError, AxisRunner, Learned};
+use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
+
+/// A variant of the machine: its compensator, or the machine without a gap and without one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Variant<'a> {
+    choice: Option<&'a Choice>,
+    misled: Option<Misled>,
+    /// Of a machine that is rehearsed: its loads and gaps are those of the memory, and this part of
+    /// the correction is used, but for these stretches.
+    rehearsed: Option<(f64, &'a Skips)>,
+}
+
+impl<'a> Variant<'a> {
+    /// Closed gaps, no compensator.
+    pub(crate) fn without_gap() -> Variant<'a> {
+        Variant {
+            choice: None,
+            misled: None,
+            rehearsed: None,
+        }
+    }
+
+    /// The machine as it is, with a compensator.
+    pub(crate) fn with_gap(choice: &'a Choice) -> Variant<'a> {
+        Variant {
+            choice: Some(choice),
+            misled: None,
+            rehearsed: None,
+        }
+    }
+
+    /// The machine as its drives have learned it, with a part of the correction of a compensator, but for
+    /// some stretches.
+    pub(super) fn rehearsed(choice: &'a Choice, part: f64, skips: &'a Skips) -> Variant<'a> {
+        Variant {
+            rehearsed: Some((part, skips)),
+            ..Variant::with_gap(choice)
+        }
+    }
+
+    /// Its compensator.
+    pub(super) fn choice(&self) -> Option<&'a Choice> {
+        self.choice
+    }
+
+    /// The same, whose drives are told something wrong.
+    pub(crate) fn misled(choice: &'a Choice, misled: Misled) -> Variant<'a> {
+        Variant {
+            choice: Some(choice),
+            misled: Some(misled),
+            rehearsed: None,
+        }
+    }
+
+    /// The part of the correction that is used and the stretches that are left out, of a machine that is
+    /// rehearsed.
+    pub(super) fn rehearsal(&self) -> Option<(f64, &'a Skips)> {
+        self.rehearsed
+    }
+
+    /// Whether its control watches the motors: the machine without a gap is there for comparison
+    /// alone.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.choice.is_some()
+    }
+
+    /// The description of a drive in this variant, with what it starts from.
+    pub(super) fn config(&self, config: &AxisConfig, learned: Option<AxisMemory>) -> AxisConfig {
+        let mut config = match (self.choice, self.rehearsed) {
+            (None, _) => config.without_gap(),
+            (Some(_), None) => config.clone(),
+            (Some(_), Some(_)) => as_learned(config, learned.map(|memory| memory.learned)),
+        };
+        config.compensation.learned = learned;
+        config
+    }
+
+    /// A drive of this variant, from its description.
+    pub(super) fn runner(
+        &self,
+        config: &AxisConfig,
+        at: f64,
+    ) -> Result<Box<dyn AxisRunner>, AxisError> {
+        match (self.choice, self.misled) {
+            (None, _) => build_runner(config, MethodId::NONE, at),
+            (Some(choice), None) => choice.runner(config, at),
+            (Some(choice), Some(misled)) => choice.misled(config, misled, at),
+        }
+    }
+}
+
+/// An axis as its drive has learned it: what it has not is a load as heavy as the motor, without
+/// friction and gap.
+fn as_learned(config: &AxisConfig, learned: Option<Learned>) -> AxisConfig {
+    let told = config.reflected_load();
+    let learned = learned.unwrap_or(Learned {
+        load_inertia_kgm2: config.motor_side_inertia_kgm2(),
+        ..Learned::default()
+    });
+    AxisConfig {
+        load: Load::Reflected(Reflected {
+            inertia_kgm2: learned.load_inertia_kgm2,
+            viscous_nm_s_per_rad: learned.viscous_nm_s_per_rad,
+            coulomb_nm: learned.coulomb_nm,
+            constant_nm: learned.constant_nm,
+            gap_rad: 2.0 * learned.half_gap_rad,
+            ..told
+        }),
+        drift: Default::default(),
+        ..config.clone()
+    }
+}
