@@ -97,6 +97,7 @@ impl Margins {
     }
 
     /// Whether frictions stay what they are, by the cubics of speeds and torques.
+    #[cold]
     #[inline(never)]
     fn near(
         &self,
@@ -156,7 +157,7 @@ impl Margins {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn frictions(
         &self,
         params: &PlantParams,
@@ -190,7 +191,7 @@ impl Margins {
         )
     }
 
-    #[inline]
+    #[inline(always)]
     fn contact(&self, params: &PlantParams, mode: Mode, before: &Vector, after: &Vector) -> bool {
         let within = |range| stays_within(range, self.third, before, after);
         match mode.contact {
@@ -218,7 +219,7 @@ impl Margins {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn friction(
         &self,
         params: &PlantParams,

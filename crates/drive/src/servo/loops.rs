@@ -340,7 +340,7 @@ impl CurrentState {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn voltage(
         &mut self,
         servo: &Servo,

@@ -224,7 +224,7 @@ impl Servo {
     }
 
     /// Current loops: the voltages for the coming current period.
-    #[inline]
+    #[inline(always)]
     pub fn voltage(&self, state: &mut ServoState, plant: &PlantState) -> PlantInput {
         let command = self.command_in_force(state);
         let input = state.current.voltage(self, command, plant);
