@@ -90,7 +90,7 @@ impl Margins {
         before: &Vector,
         after: &Vector,
     ) -> bool {
-        // torques are computed only for a mass that stands
+        // the cubics cost more than they save where the ends of the step tell
         self.contact(params, mode, before, after)
             && (self.frictions(params, mode, held, before, after)
                 || self.near(params, mode, held, before, after))
@@ -157,6 +157,8 @@ impl Margins {
         }
     }
 
+    /// Whether frictions stay what they are, by how much speeds and torques change; torques are computed only
+    /// for a mass that stands.
     #[inline(always)]
     fn frictions(
         &self,
