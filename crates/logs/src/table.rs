@@ -3,7 +3,7 @@
 use crate::error::LogError;
 use crate::roles::{period_s, time_among, time_unit};
 use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
-use crate::text::{Lines, Separator, no_number, number};
+use crate::text::{Lines, Separator, Splitter, no_number, number};
 use crate::time::{between_s, clock_s, stamp};
 use crate::unit::Unit;
 use std::borrow::Cow;
@@ -56,11 +56,12 @@ fn layout_with(head: &Head, separator: Separator, decimal: char) -> Option<Layou
     // Cells and numbers of each line that is no comment.
     let mut counts: Vec<(usize, usize, usize)> = Vec::new();
     let mut cells = Vec::new();
+    let mut splitter = separator.splitter();
     for (index, line) in head.lines.iter().enumerate().take(MAX_LAYOUT_LINES) {
         if line.trim().is_empty() || line.starts_with('#') {
             continue;
         }
-        separator.split(line, &mut cells);
+        splitter.split(line, &mut cells);
         let numbers = cells.iter().filter(|cell| is_value(cell, decimal)).count();
         counts.push((index, cells.len(), numbers));
     }
@@ -149,7 +150,8 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     let (names, units, header_line) = names(head, &layout, &mut said);
     let mut cells = Vec::new();
     let first = head.lines.get(layout.first).map_or("", String::as_str);
-    layout.separator.split(first, &mut cells);
+    let mut splitter = layout.separator.splitter();
+    splitter.split(first, &mut cells);
     let (time, kind, guessed_time) = time_column(
         &lines,
         &names,
@@ -195,6 +197,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         wanted: vec![true; header.channels.len()],
         skip: layout.first as u64,
         layout,
+        splitter,
         names,
         places,
         time,
@@ -213,11 +216,12 @@ type Units = Vec<Option<Unit>>;
 /// Names and units of the columns, and the line of the names.
 fn names(head: &Head, layout: &Layout, said: &mut Vec<String>) -> (Vec<String>, Units, u64) {
     let mut above: Vec<(usize, Vec<String>)> = Vec::new();
+    let mut splitter = layout.separator.splitter();
     for (index, line) in head.lines.iter().enumerate().take(layout.first) {
         let mut cells = Vec::new();
         // Some writers mark the header as a comment.
         let text = line.strip_prefix('#').unwrap_or(line);
-        layout.separator.split(text, &mut cells);
+        splitter.split(text, &mut cells);
         if cells.len() == layout.columns {
             above.push((index, cells.into_iter().map(Cow::into_owned).collect()));
         }
@@ -295,6 +299,7 @@ fn time_column<R: BufRead>(
 struct Table<R> {
     lines: Lines<R>,
     layout: Layout,
+    splitter: Splitter,
     names: Vec<String>,
     /// Column of each channel.
     places: Vec<usize>,
@@ -330,7 +335,7 @@ impl<R: BufRead> Source for Table<R> {
             }
         }
         let mut cells = Vec::with_capacity(self.layout.columns);
-        self.layout.separator.split(self.lines.text(), &mut cells);
+        self.splitter.split(self.lines.text(), &mut cells);
         if cells.len() != self.layout.columns {
             let what = format!(
                 "{} cells where the header has {}",

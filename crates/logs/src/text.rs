@@ -1,6 +1,7 @@
 //! Lines of a text of any size, their cells, and numbers as people's computers write them.
 
 use crate::error::LogError;
+use std::borrow::Cow;
 use std::io::BufRead;
 
 /// Longest line that is read, bytes. A choice: a row of 4,000 channels has some 100 kB.
@@ -137,24 +138,67 @@ impl Separator {
         }
     }
 
+    /// What splits lines at this separator.
+    pub(crate) fn splitter(self) -> Splitter {
+        let reader = |separator: char| {
+            csv_core::ReaderBuilder::new()
+                .delimiter(separator as u8)
+                .build()
+        };
+        Splitter {
+            separator: self,
+            quoted: match self {
+                Separator::Char(separator) if separator.is_ascii() => {
+                    Some(Box::new(reader(separator)))
+                }
+                _ => None,
+            },
+            bytes: Vec::new(),
+            ends: Vec::new(),
+        }
+    }
+}
+
+/// Splits lines into cells; one serves all lines of a log.
+pub(crate) struct Splitter {
+    separator: Separator,
+    /// Reads lines with quotes. Its tables take longer to build than a line takes to read.
+    quoted: Option<Box<csv_core::Reader>>,
+    /// Cells of a line with quotes, one behind the other.
+    bytes: Vec<u8>,
+    /// Where each of them ends.
+    ends: Vec<usize>,
+}
+
+impl Splitter {
     /// The cells of a line, without blanks around them. Quoted cells (RFC 4180) may hold the
     /// separator.
-    pub(crate) fn split<'a>(self, line: &'a str, cells: &mut Vec<std::borrow::Cow<'a, str>>) {
+    pub(crate) fn split<'a>(&mut self, line: &'a str, cells: &mut Vec<Cow<'a, str>>) {
         cells.clear();
-        match self {
-            Separator::Blanks => cells.extend(line.split_whitespace().map(Into::into)),
-            Separator::Char(separator) if line.contains('"') && separator.is_ascii() => {
-                let mut reader = csv::ReaderBuilder::new()
-                    .has_headers(false)
-                    .flexible(true)
-                    .delimiter(separator as u8)
-                    .from_reader(line.as_bytes());
-                let mut record = csv::StringRecord::new();
-                if reader.read_record(&mut record).is_ok() {
-                    cells.extend(record.iter().map(|cell| cell.trim().to_owned().into()));
+        match (self.separator, &mut self.quoted) {
+            (Separator::Blanks, _) => cells.extend(line.split_whitespace().map(Into::into)),
+            (_, Some(reader)) if line.contains('"') => {
+                // Cells are never longer than their line, and never more than its bytes and one.
+                self.bytes.resize(line.len() + 1, 0);
+                self.ends.resize(line.len() + 2, 0);
+                reader.reset();
+                let (bytes, ends) = (&mut self.bytes, &mut self.ends);
+                let (_, _, filled, count) = reader.read_record(line.as_bytes(), bytes, ends);
+                // Nothing more to read: the end of the last cell.
+                let (bytes, ends) = (
+                    bytes.get_mut(filled..).unwrap_or_default(),
+                    ends.get_mut(count..).unwrap_or_default(),
+                );
+                let (_, _, _, last) = reader.read_record(&[], bytes, ends);
+                let mut start = 0;
+                for &end in self.ends.iter().take(count + last) {
+                    let cell = self.bytes.get(start..end).unwrap_or_default();
+                    let cell = String::from_utf8_lossy(cell);
+                    cells.push(cell.trim().to_owned().into());
+                    start = end;
                 }
             }
-            Separator::Char(separator) => {
+            (Separator::Char(separator), _) => {
                 cells.extend(line.split(separator).map(|cell| cell.trim().into()));
             }
         }
@@ -246,7 +290,18 @@ mod tests {
     #[test]
     fn quoted_cells_hold_the_separator() {
         let mut cells = Vec::new();
-        Separator::Char(',').split("\"a, b\",2, 3", &mut cells);
-        assert_eq!(cells, ["a, b", "2", "3"]);
+        let mut splitter = Separator::Char(',').splitter();
+        let table: &[(&str, &[&str])] = &[
+            ("\"a, b\",2, 3", &["a, b", "2", "3"]),
+            ("\"a \"\"b\"\"\", µ ,", &["a \"b\"", "µ", ""]),
+            // Not closed: the rest of the line.
+            ("1,\"2,3", &["1", "2,3"]),
+            ("1,2", &["1", "2"]),
+            ("\"\"", &[""]),
+        ];
+        for (line, expected) in table {
+            splitter.split(line, &mut cells);
+            assert_eq!(cells, *expected, "{line}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::error::LogError;
 use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
-use crate::text::{Lines, Separator, no_number, number};
+use crate::text::{Lines, Separator, Splitter, no_number, number};
 use std::borrow::Cow;
 use std::io::BufRead;
 
@@ -42,10 +42,11 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     let behind = lines.text().chars().nth("Name".len());
     let separator = behind.filter(|c| !c.is_alphanumeric()).unwrap_or('\t');
     let separator = Separator::Char(separator);
-    let rows = header_rows(&mut lines, separator)?;
+    let mut splitter = separator.splitter();
+    let rows = header_rows(&mut lines, &mut splitter)?;
     let first = (lines.line(), lines.text().to_owned(), lines.ended());
     let mut cells = Vec::new();
-    separator.split(&first.1, &mut cells);
+    splitter.split(&first.1, &mut cells);
     while cells.last().is_some_and(|cell| cell.is_empty()) {
         cells.pop();
     }
@@ -126,7 +127,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
             .collect(),
         wanted: vec![true; header.channels.len()],
         lines,
-        separator,
+        splitter,
         places,
         decimal: None,
         next: Some(first),
@@ -150,7 +151,7 @@ fn trimmed(cells: &[String]) -> usize {
 /// Reads up to the first row of data, which stays in `lines`.
 fn header_rows<R: BufRead>(
     lines: &mut Lines<R>,
-    separator: Separator,
+    splitter: &mut Splitter,
 ) -> Result<Vec<KeyedRow>, LogError> {
     let mut rows: Vec<KeyedRow> = Vec::new();
     // The first four lines tell of the export itself; then the names begin.
@@ -161,7 +162,7 @@ fn header_rows<R: BufRead>(
             continue;
         }
         let mut cells = Vec::new();
-        separator.split(text, &mut cells);
+        splitter.split(text, &mut cells);
         let first = cells.first().map_or("", |cell| cell.as_ref());
         let is_number = number(first, '.').is_some() || number(first, ',').is_some();
         if began && is_number {
@@ -187,7 +188,7 @@ fn header_rows<R: BufRead>(
 
 struct Twincat<R> {
     lines: Lines<R>,
-    separator: Separator,
+    splitter: Splitter,
     places: Vec<Place>,
     names: Vec<String>,
     wanted: Vec<bool>,
@@ -226,7 +227,7 @@ impl<R: BufRead> Twincat<R> {
             return Ok(false);
         }
         let mut cells = Vec::new();
-        self.separator.split(&text, &mut cells);
+        self.splitter.split(&text, &mut cells);
         let numeric = cells
             .iter()
             .any(|cell| number(cell, '.').is_some() || number(cell, ',').is_some());
