@@ -24,6 +24,8 @@ pub(crate) mod refined;
 mod scan;
 mod spans;
 mod spline;
+mod steps;
+mod stub;
 
 pub(crate) use average::average;
 pub(crate) use certificate::Certificate;

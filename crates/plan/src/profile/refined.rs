@@ -7,31 +7,17 @@ use super::course::{KEPT_SHARE, problem};
 use super::ideal::{ideal, time_between};
 use super::spans::{Span, spans};
 use super::spline::Grid;
+use super::steps::Steps;
+use super::stub::Stub;
 use super::{Node, Section, TimeLaw};
 use crate::motion::{Knot, PathState, state_at, states};
-use lostmotion_base::vec::{dot, norm};
-use lostmotion_path::Curve;
 
-/// Intervals in the longest time over which a joint builds up its acceleration. A choice: more
-/// follow the limits closer and cost time in proportion; with eight zigzags take 0.5 to 2 % longer.
-const WINDOW_INTERVALS: f64 = 12.0;
-/// Largest turn of a piece in one of its intervals, rad, and most intervals of a piece by its turn.
-/// A choice: where the direction turns, what the limits leave of the jerk changes, and one jerk for
-/// all of an interval is the least of them. With 3 degrees corners take 0.5 % longer.
-const LARGEST_TURN: f64 = 0.026;
-const MOST_BY_TURN: f64 = 8.0;
-/// Shortest interval that ends where pieces meet, as a part of the usual one. A choice: where pieces
-/// are shorter the number of intervals stays.
-const LEAST_STEP: f64 = 0.35;
 /// Part of the time that a faster motion has to promise. Record 35 of the decisions gives what it
 /// costs.
 const LEAST_GAIN: f64 = 2e-3;
-/// Steps that a ramp on a straight line takes longer than without a jerk limit: 0.12 of twelve at
+/// Usual steps that a ramp on a straight line takes longer than without a jerk limit: 0.12 of twelve at
 /// its start from rest, and a little at its end.
 const RAMP_STEPS: f64 = 1.5;
-/// A span of fewer intervals is left as it is. A choice: one and a half of the longest window;
-/// shorter spans have little to gain.
-const LEAST_INTERVALS: usize = 18;
 /// Complementarity with which the interior-point method starts, as a part of an interval's time. A
 /// choice: larger forgets the start, smaller keeps to its bounds.
 const FIRST_COMPLEMENTARITY: f64 = 0.3;
@@ -46,7 +32,7 @@ const MAX_STEPS: usize = 40;
 /// How often a span for which no faster motion was found is split. A choice: eight parts at most;
 /// each costs a solution.
 const MAX_SPLITS: usize = 3;
-/// Steps on either side of the place that was in the way which stay as they are. A choice: a
+/// Usual steps on either side of the place that was in the way which stay as they are. A choice: a
 /// coefficient of the spline reaches over three intervals.
 const KEPT_STEPS: f64 = 2.0;
 /// How often goals are made stricter where limits are passed, before the base is kept. A choice:
@@ -55,6 +41,13 @@ const MAX_REPAIRS: usize = 8;
 /// Factor on a goal beyond the excess of its limit. A choice: less needs further repairs, more
 /// costs time on the path.
 const GOAL_REPAIR: f64 = 0.997;
+/// Intervals' times at rest that keep the shape of the base, since b(s) has no bounded derivatives
+/// there: finest ones, or usual ones where the base leaves no more than this part of its time to
+/// gain. A choice: an interval of the spline uses less of the jerk there than a base that is at its
+/// limits; with finest ones everywhere programs of stops take 0.2 % longer, with usual ones short
+/// programs 2 to 10 %.
+const REST_STEPS: f64 = 5.0;
+const REST_GAIN: f64 = 0.03;
 /// Factor on the cap of the squared speed beyond the excess of the speed. A choice: less needs
 /// further repairs, more costs time on the path.
 const CAP_REPAIR: f64 = 0.999;
@@ -75,53 +68,81 @@ impl TimeLaw for Refined {
         {
             return base.to_vec();
         }
-        let step_s = section.machine.longest_window_s() / WINDOW_INTERVALS;
+        let steps = Steps::new(section);
         let mut joined = Joined {
             base,
             knots: Vec::with_capacity(base.len()),
             next: 0,
             shift_s: 0.0,
         };
-        let spans = spans(base, section.intervals, step_s, LEAST_INTERVALS);
-        let gains = Gains::new(section);
-        for span in spans {
-            gains.take(span, step_s, MAX_SPLITS, &mut joined);
+        let gains = Gains::new(section, steps);
+        for span in spans(base, section.intervals, &steps, rests_s(section, &steps)) {
+            gains.take(span, MAX_SPLITS, &mut joined);
         }
         joined.finish()
     }
 }
 
+/// How long the motion keeps its shape at its ends, s.
+fn rests_s(section: &Section<'_>, steps: &Steps) -> [f64; 2] {
+    let (Some(first), Some(last)) = (section.base.first(), section.base.last()) else {
+        return [0.0; 2];
+    };
+    let usual_s = REST_STEPS * steps.usual_s;
+    let rest_s = |knot: &Knot, from: f64, to: f64| {
+        if knot.v > 0.0 {
+            return 0.0;
+        }
+        let stub = Stub::of(section.base, from, to);
+        if stub.fastest(section).lasts_s() < (1.0 - REST_GAIN) * stub.lasts_s() {
+            REST_STEPS * steps.finest_s
+        } else {
+            usual_s
+        }
+    };
+    [
+        rest_s(first, first.t, first.t + usual_s),
+        rest_s(last, last.t - usual_s, last.t),
+    ]
+}
+
 /// Makes a motion faster where it may become so.
 struct Gains<'a> {
     section: &'a Section<'a>,
+    steps: Steps,
     ideal: Vec<Node>,
 }
 
 impl<'a> Gains<'a> {
-    fn new(section: &'a Section<'a>) -> Gains<'a> {
+    fn new(section: &'a Section<'a>, steps: Steps) -> Gains<'a> {
         let ends = section.nodes.first().zip(section.nodes.last());
         let ideal = ends.map_or_else(Vec::new, |(from, to)| {
             ideal(section.machine, section.intervals, *from, *to)
         });
-        Gains { section, ideal }
+        Gains {
+            section,
+            steps,
+            ideal,
+        }
     }
 
-    fn are_there(&self, span: &Span, step_s: f64) -> bool {
+    fn are_there(&self, span: &Span) -> bool {
         let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
         let own = span.to - span.from;
-        own - time_between(&self.ideal, from, to) > LEAST_GAIN * own + RAMP_STEPS * step_s
+        let least = LEAST_GAIN * own + RAMP_STEPS * self.steps.usual_s;
+        own - time_between(&self.ideal, from, to) > least
     }
 
     /// Replaces a span of the motion by a faster one. Where none was found for all of it, the parts
     /// before and after the place that was in the way are tried separately.
-    fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
-        if !self.are_there(&span, step_s) {
+    fn take(&self, span: Span, splits: usize, joined: &mut Joined<'_>) {
+        if !self.are_there(&span) {
             return;
         }
-        match refine(self.section, span, step_s) {
-            Ok(faster) => joined.replace(span, &faster),
+        match self.faster(span) {
+            Ok((span, faster)) => joined.replace(span, &faster),
             Err(at) if splits > 0 => {
-                let kept_s = KEPT_STEPS * step_s;
+                let kept_s = KEPT_STEPS * self.steps.usual_s;
                 let parts = [
                     Span {
                         to: at - kept_s,
@@ -132,15 +153,64 @@ impl<'a> Gains<'a> {
                         ..span
                     },
                 ];
-                for part in parts
-                    .into_iter()
-                    .filter(|part| part.to - part.from > LEAST_INTERVALS as f64 * step_s)
-                {
-                    self.take(part, step_s, splits - 1, joined);
+                for part in parts.into_iter().filter(|part| part.is_long(&self.steps)) {
+                    self.take(part, splits - 1, joined);
                 }
             }
             Err(_) => {}
         }
+    }
+
+    /// A faster motion over a span, its times from 0, with the stubs beside it and the span that it
+    /// is in the place of; or about the time in the base of the place that was in the way.
+    fn faster(&self, span: Span) -> Result<(Span, Vec<Knot>), f64> {
+        let base = self.section.base;
+        let (Some(first), Some(last)) = (base.first(), base.last()) else {
+            return Err(span.from);
+        };
+        let beside = |rest: &Knot, from: f64, to: f64| {
+            (rest.v == 0.0 && to - from <= 2.0 * REST_STEPS * self.steps.usual_s)
+                .then(|| Stub::of(base, from, to).fastest(self.section))
+        };
+        let stubs = [
+            beside(first, first.t, span.from),
+            beside(last, span.to, last.t),
+        ];
+        // Beside a motion that is faster at its ends there may be none that gets slower in time.
+        let fast = refine(
+            self.section,
+            span,
+            &self.steps,
+            [stubs[0].as_ref(), stubs[1].as_ref()],
+        );
+        let (knots, stubs) = match fast {
+            Ok(knots) => (knots, stubs),
+            Err(_) if stubs.iter().any(Option::is_some) => {
+                let knots = refine(self.section, span, &self.steps, [None; 2])?;
+                (knots, [None, None])
+            }
+            Err(at) => return Err(at),
+        };
+        let [before, after] = stubs;
+        let whole = Span {
+            from: if before.is_some() { first.t } else { span.from },
+            to: if after.is_some() { last.t } else { span.to },
+        };
+        let mut out: Vec<Knot> = Vec::with_capacity(knots.len());
+        let parts = [
+            before.map(|stub| stub.knots),
+            Some(knots),
+            after.map(|stub| stub.knots),
+        ];
+        for part in parts.into_iter().flatten() {
+            // The next part begins in the state in which the last one ended.
+            let from = out.pop().map_or(0.0, |last| last.t);
+            out.extend(part.iter().map(|knot| Knot {
+                t: knot.t + from,
+                ..*knot
+            }));
+        }
+        Ok((whole, out))
     }
 }
 
@@ -196,16 +266,32 @@ impl Joined<'_> {
     }
 }
 
-/// A faster motion over a span of the base, its times from 0; or about the time in the base of the
-/// place that was in the way.
-fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
+/// A faster motion over a span of the base, its times from 0, that begins and ends in the states of
+/// the stubs beside it or of the base; or about the time in the base of the place that was in the
+/// way.
+fn refine(
+    section: &Section<'_>,
+    span: Span,
+    steps: &Steps,
+    stubs: [Option<&Stub>; 2],
+) -> Result<Vec<Knot>, f64> {
     let (base, Span { from, to }) = (section.base, span);
     let middle = 0.5 * (from + to);
-    let (times, meetings) = times(section, span, step_s);
+    let (times, meetings) = steps.times(section, span);
     let mut states = states(base, times.iter().copied());
     // Without rounding: a place beside the meeting is on another piece.
     for (k, s) in meetings {
         states[k].s = s;
+    }
+    let [before, after] = stubs.map(|stub| stub.map(|stub| stub.knots.as_slice()));
+    let last = states.len() - 1;
+    for (k, knot) in [
+        (0, before.and_then(<[Knot]>::last)),
+        (last, after.and_then(<[Knot]>::first)),
+    ] {
+        if let Some(knot) = knot {
+            (states[k].v, states[k].a) = (knot.v, knot.a);
+        }
     }
     // b(s) needs forward motion in every interval.
     let stuck = states
@@ -224,8 +310,8 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     for _ in 0..=MAX_REPAIRS {
         problem.solve(
             &mut c,
-            first * step_s,
-            LAST_COMPLEMENTARITY * step_s,
+            first * steps.usual_s,
+            LAST_COMPLEMENTARITY * steps.usual_s,
             MAX_STEPS,
         );
         first = REPAIR_COMPLEMENTARITY;
@@ -241,62 +327,6 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
         }
     }
     Err(beyond)
-}
-
-/// Times of the base at which intervals begin, and the places of those at which it goes from piece
-/// to piece: third derivatives step there, and an interval with two of them has the limits of both.
-/// Between those the times are even, so that intervals are short where the motion is slow.
-fn times(section: &Section<'_>, span: Span, step_s: f64) -> (Vec<f64>, Vec<(usize, f64)>) {
-    let base = section.base;
-    let mut times = vec![span.from];
-    let mut meetings = Vec::new();
-    let fill = |times: &mut Vec<f64>, to: f64, turn: f64| {
-        let from = times.last().copied().unwrap_or(to);
-        let by_turn = (turn / LARGEST_TURN).min(MOST_BY_TURN);
-        let count = ((to - from) / step_s).max(by_turn).round().max(1.0);
-        times.extend((1..count as usize).map(|k| from + (to - from) * (k as f64 / count)));
-        times.push(to);
-    };
-    let [first, last] = [span.from, span.to].map(|t| state_at(base, t).s);
-    let from = section.pieces.partition_point(|(start, _)| *start <= first);
-    let mut index = base.partition_point(|knot| knot.t <= span.from);
-    let (mut before, mut turn) = (span.from, 0.0);
-    let ended = section.pieces.range(from.saturating_sub(1)..);
-    for ((_, ended), (start, _)) in ended.zip(section.pieces.range(from..)) {
-        if *start >= last {
-            break;
-        }
-        while base.get(index).is_some_and(|knot| knot.s < *start) {
-            index += 1;
-        }
-        let Some(knot) = index.checked_sub(1).and_then(|index| base.get(index)) else {
-            continue;
-        };
-        let next = base.get(index).map_or(span.to, |next| next.t);
-        let at = knot.time_at(*start, knot.t, next);
-        turn += turned(&ended.curve);
-        if (at - before).min(span.to - at) >= LEAST_STEP * step_s {
-            fill(&mut times, at, turn);
-            meetings.push((times.len() - 1, *start));
-            (before, turn) = (at, 0.0);
-        }
-    }
-    fill(&mut times, span.to, 0.0);
-    (times, meetings)
-}
-
-/// By how much the direction of the tip changes from the start of a curve to its end, nearly rad.
-fn turned(curve: &Curve) -> f64 {
-    if matches!(curve, Curve::Line(_)) {
-        return 0.0;
-    }
-    let [from, to] = [0.0, curve.length()].map(|s| curve.eval(s).d1.linear());
-    let product = norm(from) * norm(to);
-    if product > 0.0 {
-        (2.0 - 2.0 * dot(from, to) / product).max(0.0).sqrt()
-    } else {
-        0.0
-    }
 }
 
 /// Coefficients of the base.

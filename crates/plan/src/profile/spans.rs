@@ -1,20 +1,22 @@
 //! Which parts of a motion are worth changing.
 
+use super::steps::Steps;
 use crate::demand::Interval;
-use crate::motion::{Knot, PathState, states};
+use crate::motion::{Knot, PathState, state_at};
+use std::ops::Range;
 
-/// Steps at an end at rest that are left as they are: b(s) has no bounded derivatives there. A
-/// choice: the steps of the longest window (`WINDOW_INTERVALS`).
-const REST_STEPS: usize = 5;
-/// Steps that are left as they are on either side of where the motion nearly stands still. A
+/// Finest steps that are left as they are on either side of where the motion nearly stands still. A
 /// choice: enough that intervals beside them move forward.
 const SLOW_STEPS: usize = 2;
-/// Steps of a steady speed at the limit that belong to the free part beside it. A choice: the steps
+/// Usual steps of a steady speed at the limit that belong to the free part beside it. A choice: most
 /// of the longest window, over which acceleration is built up.
-const STEADY_STEPS: usize = 8;
-/// Steps of a motion above which it is left as it is. A choice: at a millisecond twelve days, and a
-/// step that is no time at all would need memory without end.
-const MOST_STEPS: f64 = 1e9;
+const STEADY_STEPS: f64 = 8.0;
+/// Finest steps of a motion above which it is left as it is. A choice: hours, and a step that is no
+/// time at all would have no end.
+const MOST_STEPS: f64 = 1e8;
+/// Finest steps of a part that is worth it. A choice: some intervals to either side of one that is
+/// free; shorter parts have little to gain.
+const LEAST_STEPS: usize = 18;
 /// Part of a cap from which on it counts as met. A choice: what is missing is worth less than the
 /// least gain asked for.
 const CAP_MET: f64 = 0.9995;
@@ -24,6 +26,13 @@ const CAP_MET: f64 = 0.9995;
 pub(super) struct Span {
     pub(super) from: f64,
     pub(super) to: f64,
+}
+
+impl Span {
+    /// Whether it is long enough to be worth it.
+    pub(super) fn is_long(&self, steps: &Steps) -> bool {
+        self.to - self.from > LEAST_STEPS as f64 * steps.finest_s
+    }
 }
 
 /// What a step of the motion is.
@@ -67,72 +76,77 @@ fn kind(
     }
 }
 
-/// Marks a step and its neighbours.
-fn mark(steps: &mut [bool], k: usize, beside: usize, value: bool) {
-    steps
-        .iter_mut()
-        .take(k + beside + 1)
-        .skip(k.saturating_sub(beside))
-        .for_each(|step| *step = value);
+/// Adds a run of steps behind those there are, of which the last one may overlap it.
+fn add(runs: &mut Vec<Range<usize>>, run: Range<usize>) {
+    match runs.last_mut().filter(|last| run.start <= last.end) {
+        Some(last) => last.end = last.end.max(run.end),
+        None => runs.push(run),
+    }
 }
 
-/// The parts of a motion that may become faster, each of at least `least` steps.
-pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: usize) -> Vec<Span> {
-    let (Some(first), Some(last)) = (base.first(), base.last()) else {
+/// The parts of a motion that may become faster, but for these times at its ends. Runs of steps of one kind are all that is held.
+pub(super) fn spans(
+    base: &[Knot],
+    intervals: &[Interval],
+    steps: &Steps,
+    rests_s: [f64; 2],
+) -> Vec<Span> {
+    let Some(last) = base.last() else {
         return Vec::new();
     };
-    let steps = (last.t / step_s).floor();
-    if !(0.0..MOST_STEPS).contains(&steps) {
+    let step_s = steps.finest_s;
+    let count = (last.t / step_s).floor();
+    if !(0.0..MOST_STEPS).contains(&count) {
         return Vec::new();
     }
-    let count = steps as usize;
+    let count = count as usize;
+    let beside = (STEADY_STEPS * steps.usual_s / step_s).round() as usize;
+    let rests = rests_s.map(|rest_s| (rest_s / step_s).round() as usize);
     let mut intervals = intervals.iter();
-    let states = states(base, (0..count + 2).map(|k| k as f64 * step_s));
-    let kinds: Vec<Kind> = states
-        .windows(2)
-        .map(|pair| kind(pair[0], pair[1].a, &mut intervals, step_s))
-        .collect();
-    let mut free: Vec<bool> = kinds.iter().map(|kind| *kind == Kind::Free).collect();
-    // A free part takes in some of the steady motion beside it, in which it may begin to change the
-    // speed earlier.
-    for (k, _) in kinds
-        .iter()
-        .enumerate()
-        .filter(|(_, kind)| **kind == Kind::Free)
-    {
-        mark(&mut free, k, STEADY_STEPS, true);
-    }
-    // Nothing near rest. This comes last, since it counts more.
-    for (k, _) in kinds
-        .iter()
-        .enumerate()
-        .filter(|(_, kind)| **kind == Kind::Slow)
-    {
-        mark(&mut free, k, SLOW_STEPS, false);
-    }
-    let rests = |knot: &Knot| if knot.v > 0.0 { 0 } else { REST_STEPS };
-    let tail = free.len().saturating_sub(rests(last));
-    free.iter_mut()
-        .take(rests(first))
-        .for_each(|step| *step = false);
-    free.iter_mut().skip(tail).for_each(|step| *step = false);
-    let mut out = Vec::new();
-    let mut k = 0;
-    while k < free.len() {
-        let steps = free.iter().skip(k).take_while(|free| **free).count();
-        if steps > least {
-            // The last step of a motion that goes on is not a whole one.
-            let to = if k + steps > count && last.v > 0.0 {
-                last.t
-            } else {
-                (k + steps - 1) as f64 * step_s
-            };
-            out.push(Span {
-                from: k as f64 * step_s,
-                to,
-            });
+    let mut knots = base;
+    let mut state = |k: usize| {
+        let t = k as f64 * step_s;
+        while knots.get(1).is_some_and(|next| next.t <= t) {
+            knots = &knots[1..];
         }
-        k += steps.max(1);
+        state_at(knots.get(..2).unwrap_or(knots), t)
+    };
+    // A free part takes in some of the steady motion beside it, in which it may begin to change the
+    // speed earlier, and nothing near rest.
+    let (mut free, mut slow) = (Vec::new(), vec![0..rests[0]]);
+    let mut now = state(0);
+    for k in 0..=count {
+        let next = state(k + 1);
+        match kind(now, next.a, &mut intervals, step_s) {
+            Kind::Free => add(&mut free, k.saturating_sub(beside)..k + beside + 1),
+            Kind::Slow => add(&mut slow, k.saturating_sub(SLOW_STEPS)..k + SLOW_STEPS + 1),
+            Kind::Steady => {}
+        }
+        now = next;
+    }
+    add(&mut slow, (count + 1).saturating_sub(rests[1])..count + 1);
+    let mut out = Vec::new();
+    for run in free {
+        let mut from = run.start;
+        let end = run.end.min(count + 1);
+        let within = slow
+            .iter()
+            .filter(|slow| slow.start < end && slow.end > run.start);
+        for slow in within.chain([&(end..end)]) {
+            if slow.start.saturating_sub(from) > LEAST_STEPS {
+                // The last step of a motion that goes on is not a whole one.
+                let to = if slow.start > count && last.v > 0.0 {
+                    last.t
+                } else {
+                    (slow.start - 1) as f64 * step_s
+                };
+                out.push(Span {
+                    from: from as f64 * step_s,
+                    to,
+                });
+            }
+            from = from.max(slow.end);
+        }
     }
     out
 }
@@ -154,14 +168,22 @@ mod tests {
 
     #[test]
     fn a_motion_without_caps_is_free_from_end_to_end() {
-        let found = spans(&steady(), &[], 0.125, 3);
+        let steps = Steps {
+            usual_s: 0.5,
+            finest_s: 0.0625,
+        };
+        let found = spans(&steady(), &[], &steps, [0.0; 2]);
         assert_eq!(found, [Span { from: 0.0, to: 2.0 }]);
     }
 
     #[test]
     fn steps_that_do_not_divide_a_motion_leave_it_as_it_is() {
         for step_s in [0.0, -0.125, f64::NAN, 1e-300] {
-            assert_eq!(spans(&steady(), &[], step_s, 3), [], "{step_s}");
+            let steps = Steps {
+                usual_s: 8.0 * step_s,
+                finest_s: step_s,
+            };
+            assert_eq!(spans(&steady(), &[], &steps, [0.0; 2]), [], "{step_s}");
         }
     }
 }
