@@ -277,7 +277,7 @@ fn refine(
 ) -> Result<Vec<Knot>, f64> {
     let (base, Span { from, to }) = (section.base, span);
     let middle = 0.5 * (from + to);
-    let (times, meetings) = steps.times(section, span);
+    let (times, meetings) = steps.times(section, [from, to]);
     let mut states = states(base, times.iter().copied());
     // Without rounding: a place beside the meeting is on another piece.
     for (k, s) in meetings {

@@ -1,7 +1,6 @@
 //! How long the intervals are in which a time law varies the motion.
 
 use super::Section;
-use super::spans::Span;
 use crate::demand::Demand;
 use crate::motion::{Knot, state_at};
 use lostmotion_base::vec::{dot, norm};
@@ -94,9 +93,13 @@ impl Steps {
     /// Times of the base at which intervals begin, and the places of those at which it goes from
     /// piece to piece: third derivatives step there, and an interval with two of them has the limits
     /// of both.
-    pub(super) fn times(&self, section: &Section<'_>, span: Span) -> (Vec<f64>, Vec<(usize, f64)>) {
+    pub(super) fn times(
+        &self,
+        section: &Section<'_>,
+        [begin, end]: [f64; 2],
+    ) -> (Vec<f64>, Vec<(usize, f64)>) {
         let base = section.base;
-        let mut times = vec![span.from];
+        let mut times = vec![begin];
         let mut meetings = Vec::new();
         let fill = |times: &mut Vec<f64>, to: f64, turn: f64| {
             let begin = times.len();
@@ -108,10 +111,10 @@ impl Steps {
                 self.fill(base, to, factor, times);
             }
         };
-        let [first, last] = [span.from, span.to].map(|t| state_at(base, t).s);
+        let [first, last] = [begin, end].map(|t| state_at(base, t).s);
         let from = section.pieces.partition_point(|(start, _)| *start <= first);
-        let mut index = base.partition_point(|knot| knot.t <= span.from);
-        let (mut before, mut turn) = (span.from, 0.0);
+        let mut index = base.partition_point(|knot| knot.t <= begin);
+        let (mut before, mut turn) = (begin, 0.0);
         let ended = section.pieces.range(from.saturating_sub(1)..);
         for ((_, ended), (start, _)) in ended.zip(section.pieces.range(from..)) {
             if *start >= last {
@@ -123,16 +126,16 @@ impl Steps {
             let Some(knot) = index.checked_sub(1).and_then(|index| base.get(index)) else {
                 continue;
             };
-            let next = base.get(index).map_or(span.to, |next| next.t);
+            let next = base.get(index).map_or(end, |next| next.t);
             let at = knot.time_at(*start, knot.t, next);
             turn += turned(&ended.curve);
-            if (at - before).min(span.to - at) >= LEAST_STEP * self.at(base, at) {
+            if (at - before).min(end - at) >= LEAST_STEP * self.at(base, at) {
                 fill(&mut times, at, turn);
                 meetings.push((times.len() - 1, *start));
                 (before, turn) = (at, 0.0);
             }
         }
-        fill(&mut times, span.to, 0.0);
+        fill(&mut times, end, 0.0);
         (times, meetings)
     }
 }
