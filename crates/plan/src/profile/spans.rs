@@ -113,7 +113,8 @@ pub(super) fn spans(
     };
     // A free part takes in some of the steady motion beside it, in which it may begin to change the
     // speed earlier, and nothing near rest.
-    let (mut free, mut slow) = (Vec::new(), vec![0..rests[0]]);
+    let (mut free, mut slow) = (Vec::new(), Vec::new());
+    add(&mut slow, 0..rests[0]);
     let mut now = state(0);
     for k in 0..=count {
         let next = state(k + 1);

@@ -203,7 +203,7 @@ mod tests {
         for pair in times.windows(2) {
             let step_s = pair[1] - pair[0];
             assert!(
-                step_s >= 0.9 * STEPS.finest_s && step_s <= 1.1 * STEPS.usual_s,
+                (0.9 * STEPS.finest_s..=1.1 * STEPS.usual_s).contains(&step_s),
                 "{pair:?}"
             );
         }
