@@ -147,10 +147,10 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     let mut said = vec![format!(
         "a table with {separator} between cells and decimal {decimal}"
     )];
-    let (names, units, header_line) = names(head, &layout, &mut said);
+    let mut splitter = layout.separator.splitter();
+    let (names, units, header_line) = names(head, &layout, &mut splitter, &mut said);
     let mut cells = Vec::new();
     let first = head.lines.get(layout.first).map_or("", String::as_str);
-    let mut splitter = layout.separator.splitter();
     splitter.split(first, &mut cells);
     let (time, kind, guessed_time) = time_column(
         &lines,
@@ -214,9 +214,13 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
 type Units = Vec<Option<Unit>>;
 
 /// Names and units of the columns, and the line of the names.
-fn names(head: &Head, layout: &Layout, said: &mut Vec<String>) -> (Vec<String>, Units, u64) {
+fn names(
+    head: &Head,
+    layout: &Layout,
+    splitter: &mut Splitter,
+    said: &mut Vec<String>,
+) -> (Vec<String>, Units, u64) {
     let mut above: Vec<(usize, Vec<String>)> = Vec::new();
-    let mut splitter = layout.separator.splitter();
     for (index, line) in head.lines.iter().enumerate().take(layout.first) {
         let mut cells = Vec::new();
         // Some writers mark the header as a comment.

@@ -140,19 +140,16 @@ impl Separator {
 
     /// What splits lines at this separator.
     pub(crate) fn splitter(self) -> Splitter {
-        let reader = |separator: char| {
-            csv_core::ReaderBuilder::new()
-                .delimiter(separator as u8)
-                .build()
+        let quoted = match self {
+            Separator::Char(separator) if separator.is_ascii() => {
+                let mut builder = csv_core::ReaderBuilder::new();
+                Some(Box::new(builder.delimiter(separator as u8).build()))
+            }
+            _ => None,
         };
         Splitter {
             separator: self,
-            quoted: match self {
-                Separator::Char(separator) if separator.is_ascii() => {
-                    Some(Box::new(reader(separator)))
-                }
-                _ => None,
-            },
+            quoted,
             bytes: Vec::new(),
             ends: Vec::new(),
         }

@@ -164,7 +164,16 @@ impl Machine {
         moving.map(|joint| joint.a / joint.j).fold(0.0, f64::max)
     }
 
-    /// The same over all joints.
+    /// The same over all intervals.
+    pub(crate) fn window_over_s(&self, intervals: &[Interval]) -> f64 {
+        let mut all = Demand::NONE;
+        for interval in intervals {
+            all.join(&interval.demand);
+        }
+        self.window_s(&all)
+    }
+
+    /// The same of all joints, whether they move or not.
     pub(crate) fn longest_window_s(&self) -> f64 {
         self.joints
             .iter()

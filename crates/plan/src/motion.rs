@@ -82,16 +82,17 @@ pub(crate) fn state_at(knots: &[Knot], t: f64) -> PathState {
 }
 
 /// The states at rising times.
-pub(crate) fn states(knots: &[Knot], times: impl Iterator<Item = f64>) -> Vec<PathState> {
+pub(crate) fn states(
+    knots: &[Knot],
+    times: impl Iterator<Item = f64>,
+) -> impl Iterator<Item = PathState> {
     let mut rest = knots;
-    times
-        .map(|t| {
-            while rest.get(1).is_some_and(|next| next.t <= t) {
-                rest = &rest[1..];
-            }
-            state_at(rest.get(..2).unwrap_or(rest), t)
-        })
-        .collect()
+    times.map(move |t| {
+        while rest.get(1).is_some_and(|next| next.t <= t) {
+            rest = &rest[1..];
+        }
+        state_at(rest.get(..2).unwrap_or(rest), t)
+    })
 }
 
 /// Place by time over a stretch, as far as it is known.

@@ -1,6 +1,6 @@
 //! The look-ahead: path that waits to be planned, and the part of its plan that is final.
 
-use crate::demand::{Demand, Interval};
+use crate::demand::Interval;
 use crate::intervals::Intervals;
 use crate::machine::Machine;
 use crate::motion::Knot;
@@ -123,11 +123,7 @@ impl Window {
 
     /// The longest window that a moving joint needs.
     fn usual_window_s(&self, machine: &Machine) -> f64 {
-        let mut all = Demand::NONE;
-        for interval in &self.intervals {
-            all.join(&interval.demand);
-        }
-        let window = machine.window_s(&all);
+        let window = machine.window_over_s(&self.intervals);
         if window > 0.0 {
             window
         } else {

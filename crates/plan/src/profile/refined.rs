@@ -278,7 +278,7 @@ fn refine(
     let (base, Span { from, to }) = (section.base, span);
     let middle = 0.5 * (from + to);
     let (times, meetings) = steps.times(section, [from, to]);
-    let mut states = states(base, times.iter().copied());
+    let mut states: Vec<PathState> = states(base, times.iter().copied()).collect();
     // Without rounding: a place beside the meeting is on another piece.
     for (k, s) in meetings {
         states[k].s = s;

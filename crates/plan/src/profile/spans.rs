@@ -2,7 +2,7 @@
 
 use super::steps::Steps;
 use crate::demand::Interval;
-use crate::motion::{Knot, PathState, state_at};
+use crate::motion::{Knot, PathState, state_at, states};
 use std::ops::Range;
 
 /// Finest steps that are left as they are on either side of where the motion nearly stands still. A
@@ -84,7 +84,8 @@ fn add(runs: &mut Vec<Range<usize>>, run: Range<usize>) {
     }
 }
 
-/// The parts of a motion that may become faster, but for these times at its ends. Runs of steps of one kind are all that is held.
+/// The parts of a motion that may become faster, but for these times at its ends. Runs of steps of
+/// one kind are all that is held.
 pub(super) fn spans(
     base: &[Knot],
     intervals: &[Interval],
@@ -103,21 +104,13 @@ pub(super) fn spans(
     let beside = (STEADY_STEPS * steps.usual_s / step_s).round() as usize;
     let rests = rests_s.map(|rest_s| (rest_s / step_s).round() as usize);
     let mut intervals = intervals.iter();
-    let mut knots = base;
-    let mut state = |k: usize| {
-        let t = k as f64 * step_s;
-        while knots.get(1).is_some_and(|next| next.t <= t) {
-            knots = &knots[1..];
-        }
-        state_at(knots.get(..2).unwrap_or(knots), t)
-    };
     // A free part takes in some of the steady motion beside it, in which it may begin to change the
     // speed earlier, and nothing near rest.
     let (mut free, mut slow) = (Vec::new(), Vec::new());
     add(&mut slow, 0..rests[0]);
-    let mut now = state(0);
-    for k in 0..=count {
-        let next = state(k + 1);
+    let mut now = state_at(base, 0.0);
+    let later = states(base, (1..count + 2).map(|k| k as f64 * step_s));
+    for (k, next) in later.enumerate() {
         match kind(now, next.a, &mut intervals, step_s) {
             Kind::Free => add(&mut free, k.saturating_sub(beside)..k + beside + 1),
             Kind::Slow => add(&mut slow, k.saturating_sub(SLOW_STEPS)..k + SLOW_STEPS + 1),

@@ -1,7 +1,6 @@
 //! How long the intervals are in which a time law varies the motion.
 
 use super::Section;
-use crate::demand::Demand;
 use crate::motion::{Knot, state_at};
 use lostmotion_base::vec::{dot, norm};
 use lostmotion_path::Curve;
@@ -40,11 +39,7 @@ pub(super) struct Steps {
 impl Steps {
     /// For the base of a section.
     pub(super) fn new(section: &Section<'_>) -> Steps {
-        let mut all = Demand::NONE;
-        for interval in section.intervals {
-            all.join(&interval.demand);
-        }
-        let window_s = section.machine.window_s(&all);
+        let window_s = section.machine.window_over_s(section.intervals);
         let lasts_s = section.base.last().map_or(0.0, |last| last.t);
         let usual_s = (window_s / WINDOW_INTERVALS).min(lasts_s / LEAST_COUNT);
         Steps {

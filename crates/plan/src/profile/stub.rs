@@ -20,10 +20,9 @@ const AIM: f64 = 0.999;
 const MOST: f64 = 30.0;
 
 /// A part of the motion between rest and where it may change freely.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Stub {
-    /// Its knots, the last one an end alone; their times begin at 0. None if the motion does not
-    /// rest on this side.
+    /// Its knots, the last one an end alone; their times begin at 0.
     pub(super) knots: Vec<Knot>,
 }
 
