@@ -23,7 +23,7 @@
 //! motor's viscous friction, and the change of the motor's Coulomb friction as torque, advanced by
 //! half the current loop's lag. A half gap that changes is applied at the next crossing; with
 //! `taking_up` it is applied on the flank while the load slides, within a quarter of the torque
-//! that presses it, so that contact is kept.
+//! that presses it, so that contact is kept; or at rest.
 //!
 //! The law is this project's; the flank by torque sign is after Gan, Wang, Huang, Machines 2023,
 //! 11(2), 193. Where it fails is said in `lookup`.
@@ -66,9 +66,9 @@ const SLIDING_RAD_S: f64 = 0.05;
 /// choice: longer ones lag more than they can make up for, shorter ones let the noise of encoder
 /// and loops through.
 const HOLDING_MEAN_TICKS: [f64; 2] = [12.0, 36.0];
-/// Servo ticks of rest, and since the last traverse, after which the holding torque is known: 4 ms.
-/// A choice: earlier the traverse's own torque is taken for the load's, and the motor goes to and
-/// fro.
+/// Servo ticks of rest, and since the last traverse, after which the holding torque is known once the load
+/// rests: 4 ms. A choice: earlier the traverse's own torque is taken for the load's, and the motor goes to
+/// and fro.
 const HELD_AFTER_TICKS: u32 = 16;
 /// Part of the load's Coulomb friction that the shaft of an axis at rest has to pull with for the
 /// flank to change. Tuned (0.05 was tried and taken back).
@@ -208,17 +208,14 @@ impl Crossing {
                 self.period,
                 self.traverse_ticks,
             );
-            let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks));
+            let settled = self.settled_after(load, half_gap);
+            let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks), settled);
             let to = f64::from(side) * half_gap;
             if side != state.side {
                 state.side = side;
-                if to != state.traverse.now() {
-                    state.traverse.start(to, ticks);
-                    state.taking_up = false;
-                    state.crossed_at_rest = state.at_rest;
-                }
+                self.cross(state, load, to, ticks);
             } else if self.takes_up && !state.traverse.moving() {
-                self.take_up(state, &now, load, to);
+                self.take_up(state, &now, load, to, settled);
             }
         }
         let crossing = state.crossing();
@@ -226,15 +223,69 @@ impl Crossing {
         self.correction(state, &now, &offset, load, crossing)
     }
 
-    /// Applies a half gap that has become known or has changed on the flank, while the load slides and
-    /// is pressed, so gently that it stays in contact.
-    fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, to: f64) {
+    /// Starts to the offset of another flank.
+    fn cross(&self, state: &mut CrossingState, load: &LoadModel, to: f64, ticks: u32) {
+        let now = state.traverse.now();
+        if to == now {
+            return;
+        }
+        // The first time it is applied on a flank: where the load is while it changes is not known.
+        if self.takes_up && !state.engaged {
+            if state.traverse.moving() {
+                let ticks = self.gentle_ticks(to - now, load, self.take_up_ticks[1]);
+                state.traverse.start(to, ticks);
+            }
+            return;
+        }
+        let ticks = if state.at_rest {
+            self.gentle_ticks(to - now, load, self.traverse_ticks[1])
+        } else {
+            ticks
+        };
+        state.traverse.start(to, ticks);
+        state.taking_up = false;
+        state.crossed_at_rest = state.at_rest;
+    }
+
+    /// Servo ticks of rest after which a load rests, too: at most it crosses the gap by itself until
+    /// friction has stopped it.
+    fn settled_after(&self, load: &LoadModel, half_gap: f64) -> u32 {
+        let coasts_s = (4.0 * half_gap * load.inertia / load.coulomb).sqrt();
+        let ticks = (coasts_s / self.period).ceil();
+        // no friction, no rest
+        if ticks < f64::from(u32::MAX - HELD_AFTER_TICKS) {
+            HELD_AFTER_TICKS + ticks as u32
+        } else {
+            u32::MAX
+        }
+    }
+
+    /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
+    /// in contact: while it slides and is pressed, or rests. At rest the motor goes to the place that
+    /// would be right for a load on this flank; where the load lies elsewhere in its gap it is met on the
+    /// way and taken along to its place, or not at all, so that it is never farther off than before.
+    fn take_up(
+        &self,
+        state: &mut CrossingState,
+        now: &Shown,
+        load: &LoadModel,
+        to: f64,
+        settled: u32,
+    ) {
         let way = to - state.traverse.now();
+        if state.held_ticks >= settled && way.abs() > NEGLIGIBLE_CHANGE_RAD {
+            let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
+            state.traverse.start(to, ticks);
+            state.taking_up = true;
+            return;
+        }
         let pressed = now.torque * f64::from(state.side);
-        if way.abs() <= NEGLIGIBLE_CHANGE_RAD
-            || pressed <= self.unloaded
-            || now.load_velocity.abs() < SLIDING_RAD_S
-        {
+        if pressed <= self.unloaded || now.load_velocity.abs() < SLIDING_RAD_S {
+            return;
+        }
+        if way.abs() <= NEGLIGIBLE_CHANGE_RAD {
+            // A load that slides is on its flank for certain.
+            state.engaged |= to != 0.0;
             return;
         }
         // the load moves with the motor: its inertia takes part of the pressing torque
@@ -249,6 +300,17 @@ impl Crossing {
             state.traverse.start(to, ticks);
             state.taking_up = true;
         }
+    }
+
+    /// Servo ticks of a way, rad, on which a load that rests stays in contact once it is met.
+    fn gentle_ticks(&self, way: f64, load: &LoadModel, most: u32) -> u32 {
+        let acceleration = TAKE_UP_TORQUE_SHARE * load.coulomb / load.inertia;
+        ticks_for(
+            way,
+            acceleration,
+            self.period,
+            [self.take_up_ticks[0], most],
+        )
     }
 
     /// Means of the torque that holds the axis at rest, and the lagged reference.
@@ -286,6 +348,7 @@ impl Crossing {
         signals: &Signals,
         load: &LoadModel,
         lead_ticks: f64,
+        settled: u32,
     ) -> i8 {
         // the twin's shaft torque, extrapolated by its last change
         let torque =
@@ -315,7 +378,7 @@ impl Crossing {
             // once a rest: a traverse that pushes the load, since the gap is known too large,
             // would be answered by the next one
             state.at_rest = true;
-            return if state.held_ticks >= HELD_AFTER_TICKS && !state.crossed_at_rest {
+            return if state.held_ticks >= settled && !state.crossed_at_rest {
                 self.held(state, lead_ticks)
             } else {
                 state.side
@@ -414,6 +477,8 @@ pub(crate) struct CrossingState {
     /// Whether the axis rests with a load that sticks, and whether the gap was crossed in this rest.
     pub(super) at_rest: bool,
     pub(super) crossed_at_rest: bool,
+    /// Whether a half gap has been applied on a flank on which the load slid.
+    pub(super) engaged: bool,
 }
 
 impl CrossingState {
@@ -437,6 +502,7 @@ impl CrossingState {
             trusts_twin: false,
             at_rest: false,
             crossed_at_rest: false,
+            engaged: false,
         }
     }
 }

@@ -37,6 +37,7 @@ impl Adaptive {
         let learning = LearningState::known(&load, &learned.covariance(), inertia, rated);
         let mut crossing = self.crossing.initial(motor_position, &load);
         crossing.trusts_twin = learning.is_anchored();
+        crossing.engaged = true;
         AdaptiveState {
             crossing,
             learning,

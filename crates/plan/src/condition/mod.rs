@@ -69,6 +69,14 @@ enum Taken {
     },
 }
 
+/// Whether a section may have gentle bends beside sharp corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mixture {
+    Allowed,
+    /// Either by itself: no curve was found over both.
+    Parted,
+}
+
 /// Turns moves into steps, holding back what the next move may change.
 #[derive(Clone, Debug)]
 pub(crate) struct Conditioner {
@@ -112,6 +120,16 @@ impl Conditioner {
 
     /// Takes a move of positive length.
     pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        self.take(next, Mixture::Allowed, judge, out);
+    }
+
+    fn take(
+        &mut self,
+        next: &Programmed,
+        mixture: Mixture,
+        judge: &dyn Judge,
+        out: &mut Vec<PathStep>,
+    ) {
         let Some(last) = self.section.last().copied() else {
             self.joiner.push(next, judge, out);
             self.begin(*next);
@@ -125,12 +143,10 @@ impl Conditioner {
             self.begin(*next);
             return;
         }
-        // A line so long that its middle stays straight ends a section and begins another; so does
-        // one between gentle bends and sharp corners.
-        let gentle = |a: &Programmed, b: &Programmed| joint::is_gentle(&self.config, a, b);
+        // A line so long that its middle stays straight ends a section and begins another.
         if let [.., before, _] = self.section.as_slice()
             && (joint::stays_straight(&self.config, before, &last, next)
-                || gentle(before, &last) != gentle(&last, next))
+                || self.parts(before, &last, next, mixture))
         {
             self.close(false, judge, out);
             self.rested = false;
@@ -164,6 +180,51 @@ impl Conditioner {
         self.rested = true;
     }
 
+    /// Whether a line lies between gentle bends and sharp corners and ends a section of either: where it
+    /// is longer than what bends at the corner, or where that is wanted.
+    fn parts(
+        &self,
+        before: &Programmed,
+        line: &Programmed,
+        next: &Programmed,
+        mixture: Mixture,
+    ) -> bool {
+        let corner = match (self.is_gentle(before, line), self.is_gentle(line, next)) {
+            (true, false) => [line, next],
+            (false, true) => [before, line],
+            _ => return false,
+        };
+        let bent = joint::bent(&self.config, corner[0], corner[1]);
+        mixture == Mixture::Parted || matches!(self.taken, Taken::Moves) || bent < 0.5 * line.length
+    }
+
+    fn is_gentle(&self, before: &Programmed, next: &Programmed) -> bool {
+        joint::is_gentle(&self.config, before, next)
+    }
+
+    /// Whether the section has both gentle bends and sharp corners.
+    fn is_mixed(&self) -> bool {
+        let mut pairs = self.section.windows(2);
+        let Some(first) = pairs.next() else {
+            return false;
+        };
+        let first = self.is_gentle(&first[0], &first[1]);
+        pairs.any(|pair| self.is_gentle(&pair[0], &pair[1]) != first)
+    }
+
+    /// Takes gentle bends and sharp corners of the section one after the other.
+    fn part(&mut self, taken: Taken, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        let (from, lines) = (self.from, std::mem::take(&mut self.section));
+        let mut lines = lines.into_iter();
+        if let Some(first) = lines.next() {
+            self.begin(first);
+        }
+        (self.from, self.taken) = (from, taken);
+        for line in lines {
+            self.take(&line, Mixture::Parted, judge, out);
+        }
+    }
+
     /// Begins a section with a line that the joiner has.
     fn begin(&mut self, line: Programmed) {
         self.section.clear();
@@ -192,7 +253,13 @@ impl Conditioner {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
                     }
-                    Err(steps) => {
+                    Err(_) if self.is_mixed() => {
+                        self.part(Taken::Open, judge, out);
+                        self.close(rests, judge, out);
+                    }
+                    Err(moves) => {
+                        let (joiner, steps) = *moves;
+                        self.joiner = joiner;
                         out.extend(steps);
                         self.joiner.close(judge, out);
                     }
@@ -204,6 +271,10 @@ impl Conditioner {
                     Some(found) => {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
+                    }
+                    None if self.is_mixed() => {
+                        self.part(Taken::Curve { state, rest }, judge, out);
+                        self.close(rests, judge, out);
                     }
                     None => {
                         // What was found before ends at a vertex: from there on vertex by vertex.
@@ -236,15 +307,22 @@ impl Conditioner {
             return;
         }
         let found = match &self.taken {
-            Taken::Open => self.decide([from, last.length], [start, Tie::Place], judge),
+            Taken::Open => self
+                .decide([from, last.length], [start, Tie::Place], judge)
+                .map_err(Some),
             _ => self
                 .find([from, last.length], [start, Tie::Place], judge)
-                .ok_or_else(Vec::new),
+                .ok_or(None),
         };
         match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
+            (taken, Err(_)) if self.is_mixed() => self.part(taken, judge, out),
             (Taken::Curve { rest, .. }, Err(_)) => self.fall_back(rest, judge, out),
-            (_, Err(steps)) => {
-                out.extend(steps);
+            (_, Err(decided)) => {
+                if let Some(moves) = decided {
+                    let (joiner, steps) = *moves;
+                    self.joiner = joiner;
+                    out.extend(steps);
+                }
                 self.section.drain(..self.section.len() - 1);
                 // An arc ends what is taken move by move: what follows may be faster as a curve.
                 if matches!(last.curve, Curve::Arc(_)) {
@@ -363,14 +441,14 @@ impl Conditioner {
         Way::new(&self.section, from, to, &tolerances?)
     }
 
-    /// Takes the section as a curve where that takes clearly less time; else gives the steps vertex
-    /// by vertex, up to which the joiner then is.
+    /// The section as a curve where that takes clearly less time; else the steps vertex by vertex, and
+    /// the joiner as it is after them.
     fn decide(
-        &mut self,
+        &self,
         [from, to]: [f64; 2],
         [start, end]: [Tie; 2],
         judge: &dyn Judge,
-    ) -> Result<Found, Vec<PathStep>> {
+    ) -> Result<Found, Box<(Joiner, Vec<PathStep>)>> {
         let (mut joiner, mut steps) = (self.joiner.clone(), Vec::new());
         for line in &self.section[1..] {
             joiner.push(line, judge, &mut steps);
@@ -384,7 +462,7 @@ impl Conditioner {
         let sharp = !self
             .section
             .windows(2)
-            .all(|pair| joint::is_gentle(&self.config, &pair[0], &pair[1]));
+            .all(|pair| self.is_gentle(&pair[0], &pair[1]));
         let part = match (arcs, sharp) {
             (true, _) => FASTER_PART_OF_ARCS,
             (false, true) => FASTER_PART_OF_CORNERS,
@@ -394,10 +472,7 @@ impl Conditioner {
             self.find([from, to], [start, end], judge)
                 .filter(|found| self.curve_s(found, from, to, judge) < most_s)
         });
-        found.ok_or_else(|| {
-            self.joiner = joiner;
-            steps
-        })
+        found.ok_or_else(|| Box::new((joiner, steps)))
     }
 
     /// About how long the section takes as a curve, s.

@@ -13,6 +13,7 @@
 
 use crate::method::Choice;
 use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult, Run, Trust};
+use crate::setup::Setup;
 use lostmotion_methods::{Misled, Told, USUAL_SHARE};
 
 /// How near a method that is told nothing has to be to the best, as part of what no compensation
@@ -59,21 +60,39 @@ struct Candidate {
     told_nothing: bool,
 }
 
+/// Why the machine or its control cannot use a method.
+pub(crate) fn refusal(setup: &Setup<'_>, choice: &Choice) -> Option<String> {
+    let (machine, options) = (setup.machine, setup.options);
+    let control = options.control.or(machine.simulate().control);
+    match choice {
+        _ if choice.needs_load_scale(machine.configs()) => {
+            Some("needs a scale on the load, which most machines do not have".to_owned())
+        }
+        Choice::Registered(method) => control.and_then(|control| control.refusal(*method)),
+        Choice::OfAxes | Choice::Own { .. } => None,
+    }
+}
+
 /// Says of each method why it is not recommended, if there is a reason, and answers the one that
 /// is.
 pub(crate) fn recommend(
     results: &mut [MethodResult],
     choices: &[Choice],
-    refusal: impl Fn(&Choice) -> Option<String>,
+    refused: impl Fn(&Choice) -> Option<String>,
     tolerance_um: f64,
 ) -> Option<String> {
+    // Whether a method is worse than doing nothing is not known unless that was tried.
+    let unknown = (!results.iter().any(MethodResult::is_baseline))
+        .then(|| "not compared with none: name that among the methods, too".to_owned());
     let none = results
         .iter()
         .find(|result| result.is_baseline() && result.stop.is_none())
         .map(|result| result.cutting);
     let mut candidates = Vec::new();
     for (index, (result, choice)) in results.iter_mut().zip(choices).enumerate() {
-        let reason = refusal(choice).or_else(|| unsafe_in(result, none));
+        let reason = refused(choice)
+            .or_else(|| unsafe_in(result, none))
+            .or_else(|| unknown.clone());
         if reason.is_none() {
             candidates.push(candidate(index, result, choice, tolerance_um));
         }
@@ -194,9 +213,13 @@ pub(crate) struct Doubt {
     shares: Vec<f64>,
 }
 
-/// Whether the recommendation leaves a better method out because of what may be told wrong, by the
-/// share that was tried.
-pub(crate) fn doubt(run: &Run, choices: &[Choice], share: Option<f64>) -> Option<Doubt> {
+/// Whether the recommendation leaves a better method out because of what may be told wrong.
+pub(crate) fn doubt(
+    run: &Run,
+    choices: &[Choice],
+    refused: impl Fn(&Choice) -> Option<String>,
+    share: Option<f64>,
+) -> Option<Doubt> {
     let none = run
         .results
         .iter()
@@ -212,8 +235,7 @@ pub(crate) fn doubt(run: &Run, choices: &[Choice], share: Option<f64>) -> Option
             misled: Vec::new(),
             ..result.clone()
         };
-        let refused = result.not_recommended.is_some() && unsafe_in(result, none).is_none();
-        if !refused && unsafe_in(&told_right, none).is_none() {
+        if refused(choice).is_none() && unsafe_in(&told_right, none).is_none() {
             right.push(candidate(index, &told_right, choice, tolerance_um));
         }
     }
@@ -432,7 +454,7 @@ mod tests {
         };
         run.recommended = recommend(&mut run.results, &choices, |_| None, 20.0);
         assert_eq!(run.recommended.as_deref(), Some("fixed"));
-        let doubt = doubt(&run, &choices, None).unwrap();
+        let doubt = doubt(&run, &choices, |_| None, None).unwrap();
         assert_eq!((doubt.method, &doubt.told), (1, &vec![Told::Gap]));
         assert_eq!(doubt.runs().len(), 6);
         // How it does with 0.75, 0.5 and 0.25 of the part: the largest errors.

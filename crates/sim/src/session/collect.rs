@@ -1,6 +1,6 @@
 //! From a run's tally to its results.
 
-use super::advice::{note_side, recommend};
+use super::advice::{note_side, recommend, refusal};
 use super::monitor::Stop;
 use super::recorder::Recorder;
 use super::rows;
@@ -48,15 +48,8 @@ pub(crate) fn answer(
     }
     // Needs all methods at once: harm is measured against `none` of the same run.
     add_misled(&mut results, tally);
-    let control = options.control.or(machine.simulate().control);
-    let refusal = |choice: &Choice| match choice {
-        _ if choice.needs_load_scale(machine.configs()) => {
-            Some("needs a scale on the load, which most machines do not have".to_owned())
-        }
-        Choice::Registered(method) => control.and_then(|control| control.refusal(*method)),
-        Choice::OfAxes | Choice::Own { .. } => None,
-    };
-    let recommended = recommend(&mut results, choices, refusal, tolerance_um);
+    let refused = |choice: &Choice| refusal(setup, choice);
+    let recommended = recommend(&mut results, choices, refused, tolerance_um);
     note_side(&mut results, recommended.as_deref());
     note_harm(&mut results);
     let mut program = checked.program;

@@ -68,7 +68,8 @@ pub(crate) fn run(
     drop(tally);
     // What is best where all is told right, and not safe where something is told wrong, runs once
     // more with less and less wrong.
-    if let Some(doubt) = advice::doubt(&answer, choices, share) {
+    let refused = |choice: &Choice| advice::refusal(setup, choice);
+    if let Some(doubt) = advice::doubt(&answer, choices, refused, share) {
         let choice = std::slice::from_ref(&choices[doubt.method]);
         // Rows and points were reported in the first run; the second can still be cancelled.
         let mut audience = Audience {

@@ -8,7 +8,7 @@
 //!
 //! ```text
 //! whole    1 but in the stretches that are left out (`skips`), of up to ten minutes, where 1 is worse; if that is of no use
-//! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um    (1.003 and 0.075 um while drives learn)
+//! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um    (1.011 and 0.275 um while drives learn)
 //! over     the way on which each axis comes back twice, 10 s at least, 120 s at most
 //! ```
 

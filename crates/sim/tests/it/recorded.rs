@@ -399,7 +399,7 @@ fn a_corner_cut_2_4_times_the_tolerance_is_found_with_its_size() {
 #[test]
 fn what_is_repeated_is_said_to_be() {
     // Three times the same outline: which round it was cannot be told.
-    let outline = "G1 X20\nG1 Y10\nG1 X0\nG1 Y0\n";
+    let outline = "G1 X40\nG1 Y20\nG1 X0\nG1 Y0\n";
     let text = format!("G21 G90 G64 P0.02\nG0 X0 Y0 Z2\nF3000\n{outline}{outline}{outline}M2\n");
     let rows = Make::default().rows(&text);
     let round: Vec<Sample> = rows

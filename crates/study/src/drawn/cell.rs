@@ -3,7 +3,7 @@
 use super::program;
 use crate::error::StudyError;
 use lostmotion_base::Random;
-use lostmotion_drive::config::{Linear, Load, Slide, Transmission, Tuning};
+use lostmotion_drive::config::{ContactLaw, Linear, Load, Slide, Transmission, Tuning};
 use lostmotion_methods::AxisConfig;
 use lostmotion_sim::Machine;
 use lostmotion_sim::machine::{AxisFile, LimitsTable, LinearLimits};
@@ -15,6 +15,10 @@ const LEADS_MM: [f64; 5] = [5.0, 8.0, 10.0, 16.0, 20.0];
 const GAPS_UM: (f64, f64) = (5.0, 120.0);
 /// Gap of Y over that of X.
 const GAP_RATIOS: (f64, f64) = (0.6, 1.5);
+/// Gap of Z over that of X: a tool that plunges once and cuts on one flank ever after.
+const Z_GAP_RATIOS: (f64, f64) = (0.4, 1.0);
+/// Laws of the flanks' contact: with the damper that pulls for a moment, and without.
+const CONTACTS: [ContactLaw; 2] = [ContactLaw::Linear, ContactLaw::Bounded];
 /// Inertia of the load over that of rotor and screw.
 const INERTIA_RATIOS: (f64, f64) = (0.3, 3.0);
 /// Inertia of the load of Y over that of X: one axis carries the other.
@@ -91,7 +95,8 @@ pub fn draw(seed: u64, index: u32) -> Result<DrawnCell, StudyError> {
         own = random.next_u64();
     }
     let mut random = Random::new(own);
-    let (machine, traits) = machine(&mut random, seed, index)?;
+    // What was added later has a sequence of its own, so that the rest of a cell stays what it was.
+    let (machine, traits) = machine(&mut random, &mut Random::new(!own), seed, index)?;
     let program = program::draw(&mut random);
     Ok(DrawnCell {
         name: format!("{seed}-{index}-{}", program.name),
@@ -122,13 +127,19 @@ struct Own {
     gap_um: f64,
 }
 
-fn machine(random: &mut Random, seed: u64, index: u32) -> Result<(Machine, Traits), StudyError> {
+fn machine(
+    random: &mut Random,
+    later: &mut Random,
+    seed: u64,
+    index: u32,
+) -> Result<(Machine, Traits), StudyError> {
     // Motors of two sizes, with their drives' limits: those of the presets.
     let preset = ["bench3", "vmc3"][random.below(2)];
-    let base = Machine::preset(preset)?
+    let mut base = Machine::preset(preset)?
         .axes()
         .first()
         .map_or_else(AxisConfig::paper, |axis| axis.config.clone());
+    base.contact = CONTACTS[later.below(CONTACTS.len())];
     let bits = ENCODER_BITS.1 - ENCODER_BITS.0 + 1;
     let common = Common {
         base,
@@ -157,12 +168,16 @@ fn machine(random: &mut Random, seed: u64, index: u32) -> Result<(Machine, Trait
         viscous: x.viscous * random.between(FRICTION_RATIOS.0, FRICTION_RATIOS.1),
         gap_um: x.gap_um * random.between(GAP_RATIOS.0, GAP_RATIOS.1),
     };
+    let z = Own {
+        gap_um: x.gap_um * later.between(Z_GAP_RATIOS.0, Z_GAP_RATIOS.1),
+        ..x
+    };
     let mut machine = Machine::preset(preset)?.file();
     machine.general.name = format!("drawn-{seed}-{index}");
     machine.general.work_offset = Default::default();
     machine.general.home = Default::default();
     machine.axis.clear();
-    for (letter, own) in [("x", x), ("y", y), ("z", Own { gap_um: 0.0, ..x })] {
+    for (letter, own) in [("x", x), ("y", y), ("z", z)] {
         machine.axis.insert(letter.to_owned(), axis(&common, own));
     }
     let traits = Traits {

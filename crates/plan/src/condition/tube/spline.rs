@@ -5,7 +5,7 @@
 //! coefficients. The third derivative is constant on each interval.
 
 use super::linear;
-use lostmotion_base::vec::{Vec3, sub};
+use lostmotion_base::vec::{Vec3, along, sub};
 use lostmotion_path::HermiteEnd;
 
 /// Coefficients that an interval takes.
@@ -127,8 +127,11 @@ impl Breaks {
                 let interval = k.min(self.intervals() - 1);
                 let basis = self.basis(interval, self.0[k]);
                 let [d1, d2] = self.derivatives(coefficients, k);
+                // From the first one on, so that an axis that stands does so to the last digit.
+                let these = &coefficients[interval..interval + ORDER];
+                let beside: [Vec3; ORDER] = std::array::from_fn(|j| sub(these[j], these[0]));
                 HermiteEnd {
-                    p: linear(combined(&coefficients[interval..interval + ORDER], &basis)),
+                    p: linear(along(these[0], combined(&beside, &basis), 1.0)),
                     d1: linear(d1),
                     d2: linear(d2),
                 }

@@ -190,13 +190,20 @@ impl<'a> Way<'a> {
             .partition_point(|k| self.w[*k] <= w)
             .clamp(1, self.kept.len() - 1);
         let [a, b] = [self.kept[next - 1], self.kept[next]].map(|k| self.vertices[k]);
-        let delta = sub(b, a);
-        let length = norm(delta);
-        if length > 0.0 {
-            delta.map(|d| d / length)
-        } else {
-            [0.0; 3]
-        }
+        unit(sub(b, a))
+    }
+
+    /// Where the thinned way leads to past a vertex, of unit length: at one that is left the mean of
+    /// before and after.
+    pub(super) fn passing(&self, vertex: usize) -> Vec3 {
+        let next = self.kept.partition_point(|k| *k <= vertex);
+        let before = self.kept.partition_point(|k| *k < vertex);
+        let directions = [before, next].map(|leg| {
+            let leg = leg.clamp(1, self.kept.len() - 1);
+            let [a, b] = [self.kept[leg - 1], self.kept[leg]].map(|k| self.vertices[k]);
+            unit(sub(b, a))
+        });
+        unit(std::array::from_fn(|i| directions[0][i] + directions[1][i]))
     }
 
     pub(super) fn vertex(&self, k: usize) -> Vec3 {
@@ -392,6 +399,16 @@ impl<'a> Way<'a> {
 
 /// Most breaks of one curve.
 const MAX_BREAKS: usize = 4096;
+
+/// Of unit length, or zero.
+pub(super) fn unit(vector: Vec3) -> Vec3 {
+    let length = norm(vector);
+    if length > 0.0 {
+        vector.map(|value| value / length)
+    } else {
+        [0.0; 3]
+    }
+}
 
 /// Number of chords between two parameters of a move that lie within a distance of it.
 fn chords(line: &Programmed, [from, to]: [f64; 2], distance: f64) -> f64 {

@@ -8,6 +8,7 @@
 //! time.
 
 mod jerks;
+mod passage;
 mod times;
 
 use super::fit::{Fit, Rail, Site};
@@ -19,6 +20,15 @@ use jerks::Jerks;
 use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_path::HermiteEnd;
+
+/// How long the steady curve takes, s.
+#[derive(Clone, Copy, Debug)]
+struct SteadyTimes {
+    /// At the pace that it allows.
+    paced_s: f64,
+    /// At the feed alone.
+    fed_s: f64,
+}
 
 /// A joint on a straight way.
 #[derive(Clone, Copy, Debug)]
@@ -49,13 +59,15 @@ const HALF_POWERS: [u32; 3] = [3, 4, 6];
 const TIMED_HALF_POWER: u32 = 2;
 /// How often the times are set anew. A choice: a third time changes no time by more than 0.5 %.
 const RETIMINGS: usize = 2;
+/// Part of the time that jerk asks for along the steady curve that a motion begins with. A choice: one that
+/// begins too slow runs beyond corners and back to spend its time, one that begins too fast gets
+/// the time that it needs.
+const HURRY: f64 = 0.5;
 /// Part of the time at the pace that the steady curve allows that the motion has to keep to. A choice:
 /// nearer to that the plan is as often slower as faster.
 const MOST_PART: f64 = 0.98;
 /// Sites in each interval, besides the corners. A choice, as at a steady pace.
 const SITES: usize = 2;
-/// Halvings after which the time of a vertex is known well enough: to a millionth of an interval.
-const PASSAGE_HALVINGS: u32 = 20;
 
 /// The motion as it is found.
 #[derive(Debug)]
@@ -68,6 +80,8 @@ struct Motion<'a, 'b> {
     coefficients: Vec<Vec3>,
     /// When each vertex of the way is passed.
     passed: Vec<f64>,
+    /// Where the curve leads to there, of unit length.
+    directions: Vec<Vec3>,
 }
 
 /// The fastest curve along a way, from one that was found at a steady pace, with the speeds at its
@@ -79,10 +93,9 @@ pub(super) fn curve<'a>(
     joints: &[LinearJoint],
     is_proven: bool,
 ) -> Option<(Paced<'a>, Vec<f64>)> {
-    let (mut motion, fed_s) = Motion::new(way, ties, steady, joints)?;
-    let at_first_s = motion.time_s();
+    let (mut motion, steady) = Motion::new(way, ties, steady, joints)?;
     // Where the feed is the limit there is nothing to gain.
-    if is_proven && at_first_s < LEAST_OVER_FEED * fed_s {
+    if is_proven && steady.paced_s < LEAST_OVER_FEED * steady.fed_s {
         return None;
     }
     let mut sites = motion.sites();
@@ -95,9 +108,12 @@ pub(super) fn curve<'a>(
     }
     for half_power in HALF_POWERS {
         motion.jerks.half_power = half_power;
+        // What was found may pass the places at other times.
+        motion.pass();
+        sites = motion.sites();
         motion.solve(&mut sites);
     }
-    if is_proven && motion.needed_s() > MOST_PART * at_first_s {
+    if is_proven && motion.needed_s() > MOST_PART * steady.paced_s {
         return None;
     }
     motion.pass();
@@ -119,6 +135,7 @@ pub(super) fn curve<'a>(
                 way.vertex(vertex),
                 radius,
             )
+            .sliding(motion.directions[vertex])
         });
         if !motion.solve(&mut sites) {
             return None;
@@ -129,39 +146,43 @@ pub(super) fn curve<'a>(
 }
 
 impl<'a, 'b> Motion<'a, 'b> {
-    /// The motion along a curve at about the pace that it allows, and how long it takes at the feed
-    /// alone, s.
+    /// A motion along a curve to begin with, and how long the curve takes.
     fn new(
         way: &'b Way<'a>,
         ties: [Tie; 2],
         (breaks, coefficients): (&Breaks, &[Vec3]),
         joints: &'b [LinearJoint],
-    ) -> Option<(Motion<'a, 'b>, f64)> {
+    ) -> Option<(Motion<'a, 'b>, SteadyTimes)> {
         let states = breaks.states(coefficients);
         let mut fed_s = 0.0;
-        let slowness: Vec<f64> = breaks
-            .0
-            .windows(2)
-            .zip(states.windows(2))
-            .map(|(w, ends)| {
-                let feed = way.feed(0.5 * (w[0] + w[1]));
-                fed_s += (w[1] - w[0]) * norm(ends[0].d1.linear()) / feed;
-                slowness(joints, feed, ends, w[1] - w[0])
-            })
-            .collect();
-        let slowness = averaged(&largest(&slowness, 2), 2);
-        let mut times = vec![0.0];
-        let mut time = 0.0;
-        for (w, slowness) in breaks.0.windows(2).zip(&slowness) {
-            time += (w[1] - w[0]) * slowness;
-            times.push(time);
+        let (mut paced, mut hurried) = (Vec::new(), Vec::new());
+        for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
+            let feed = way.feed(0.5 * (w[0] + w[1]));
+            fed_s += (w[1] - w[0]) * norm(ends[0].d1.linear()) / feed;
+            let slowness = Slowness::new(joints, feed, ends, w[1] - w[0]);
+            paced.push(slowness.limits.max(slowness.jerk));
+            hurried.push(slowness.limits.max(HURRY * slowness.jerk));
         }
+        let [paced, hurried] = [paced, hurried].map(|slowness| {
+            let mut times = vec![0.0];
+            let mut time = 0.0;
+            for (w, slowness) in breaks.0.windows(2).zip(averaged(&largest(&slowness, 2), 2)) {
+                time += (w[1] - w[0]) * slowness;
+                times.push(time);
+            }
+            (time, times)
+        });
+        let (time, times) = hurried;
+        let steady = SteadyTimes {
+            paced_s: paced.0,
+            fed_s,
+        };
         let jerk = joints
             .iter()
             .map(|joint| norm(joint.per_mm) / joint.jerk)
             .fold(0.0, f64::max);
         let width = INTERVAL * math::cbrt(way.least_tolerance() * jerk);
-        let count = (time / width).ceil();
+        let count = (steady.paced_s / width).ceil();
         if !(LEAST_INTERVALS as f64..=MAX_INTERVALS as f64).contains(&count) {
             return None;
         }
@@ -179,8 +200,9 @@ impl<'a, 'b> Motion<'a, 'b> {
             breaks: by_time,
             coefficients: sampled,
             passed,
+            directions: (0..=way.legs()).map(|k| way.passing(k)).collect(),
         };
-        Some((motion, fed_s))
+        Some((motion, steady))
     }
 
     /// Where the curve has to be near the way.
@@ -203,13 +225,9 @@ impl<'a, 'b> Motion<'a, 'b> {
             if t > 0.0 && t < last {
                 let radius = AIMED_PART * self.way.vertex_tolerance(vertex);
                 let k = self.breaks.interval(t);
-                sites.push(Site::new(
-                    &self.breaks,
-                    k,
-                    t,
-                    self.way.vertex(vertex),
-                    radius,
-                ));
+                let site = Site::new(&self.breaks, k, t, self.way.vertex(vertex), radius);
+                // When it is passed is open.
+                sites.push(site.sliding(self.directions[vertex]));
             }
         }
         sites.sort_by(|a, b| a.w.total_cmp(&b.w));
@@ -263,70 +281,6 @@ impl<'a, 'b> Motion<'a, 'b> {
         }
         rails
     }
-
-    /// When each vertex is passed: where the curve is nearest to it, one after the other.
-    fn pass(&mut self) {
-        let states = self.breaks.states(&self.coefficients);
-        let end = self.breaks.intervals();
-        let mut k = 0;
-        let mut x = 0.0;
-        let cubic = |k: usize| {
-            Cubic::new(
-                &states[k],
-                &states[k + 1],
-                self.breaks.0[k + 1] - self.breaks.0[k],
-            )
-        };
-        let mut here = cubic(0);
-        let mut passed = Vec::with_capacity(self.passed.len());
-        passed.push(0.0);
-        for vertex in 1..self.way.legs() {
-            let place = self.way.vertex(vertex);
-            let leaving = |cubic: &Cubic, x: f64| {
-                let at = cubic.at(x);
-                dot(sub(at.p, place), at.d1)
-            };
-            let mut before = leaving(&here, x);
-            while before < 0.0 {
-                let width = self.breaks.0[k + 1] - self.breaks.0[k];
-                if x >= width {
-                    if k + 1 == end {
-                        break;
-                    }
-                    (k, x) = (k + 1, 0.0);
-                    here = cubic(k);
-                    continue;
-                }
-                let next = (x + 0.25 * width).min(width);
-                let after = leaving(&here, next);
-                if after >= 0.0 {
-                    let (mut low, mut high) = (x, next);
-                    for _ in 0..PASSAGE_HALVINGS {
-                        let middle = 0.5 * (low + high);
-                        if leaving(&here, middle) < 0.0 {
-                            low = middle;
-                        } else {
-                            high = middle;
-                        }
-                    }
-                    x = high;
-                    break;
-                }
-                (x, before) = (next, after);
-            }
-            passed.push((self.breaks.0[k] + x).min(self.breaks.0[end]));
-        }
-        let last = self.breaks.0[end];
-        passed.push(last);
-        // Those that are nearest to its end only come one after the other, as on the way.
-        let first = passed.partition_point(|t| *t < last).max(1);
-        let w = self.way.parameters();
-        let (from, span) = (passed[first - 1], w[w.len() - 1] - w[first - 1]);
-        for k in first..passed.len() - 1 {
-            passed[k] = from + (last - from) * ((w[k] - w[first - 1]) / span);
-        }
-        self.passed = passed;
-    }
 }
 
 /// Coefficients on other breaks of a curve given by its states at breaks and the times there.
@@ -357,18 +311,32 @@ fn transferred(states: &[HermiteEnd], breaks: &Breaks, times: &[f64], to: &Break
 }
 
 /// The time that an interval takes at least, for its width.
-fn slowness(joints: &[LinearJoint], feed: f64, ends: &[HermiteEnd], width: f64) -> f64 {
-    let [from, to] = [0, 1].map(|k| (ends[k].d1.linear(), ends[k].d2.linear()));
-    let third = scale(sub(to.1, from.1), 1.0 / width);
-    let mut most = norm(from.0).max(norm(to.0)) / feed;
-    for joint in joints {
-        let of = |vector: Vec3| dot(joint.per_mm, vector).abs();
-        most = most
-            .max(of(from.0).max(of(to.0)) / joint.velocity)
-            .max((of(from.1).max(of(to.1)) / joint.acceleration).sqrt())
-            .max(math::cbrt(of(third) / joint.jerk));
+#[derive(Clone, Copy, Debug)]
+struct Slowness {
+    /// At the feed and the limits of speed and acceleration.
+    limits: f64,
+    /// At the limits of jerk.
+    jerk: f64,
+}
+
+impl Slowness {
+    fn new(joints: &[LinearJoint], feed: f64, ends: &[HermiteEnd], width: f64) -> Slowness {
+        let [from, to] = [0, 1].map(|k| (ends[k].d1.linear(), ends[k].d2.linear()));
+        let third = scale(sub(to.1, from.1), 1.0 / width);
+        let mut slowness = Slowness {
+            limits: norm(from.0).max(norm(to.0)) / feed,
+            jerk: 0.0,
+        };
+        for joint in joints {
+            let of = |vector: Vec3| dot(joint.per_mm, vector).abs();
+            slowness.limits = slowness
+                .limits
+                .max(of(from.0).max(of(to.0)) / joint.velocity)
+                .max((of(from.1).max(of(to.1)) / joint.acceleration).sqrt());
+            slowness.jerk = slowness.jerk.max(math::cbrt(of(third) / joint.jerk));
+        }
+        slowness
     }
-    most
 }
 
 /// The largest of the values around each.
