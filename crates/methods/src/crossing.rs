@@ -208,14 +208,19 @@ impl Crossing {
                 self.period,
                 self.traverse_ticks,
             );
-            let settled = self.settled_after(load, half_gap);
-            let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks), settled);
+            let side = self.side_ahead(
+                state,
+                &now,
+                signals,
+                load,
+                [half_gap, 0.5 * f64::from(ticks)],
+            );
             let to = f64::from(side) * half_gap;
             if side != state.side {
                 state.side = side;
                 self.cross(state, load, to, ticks);
             } else if self.takes_up && !state.traverse.moving() {
-                self.take_up(state, &now, load, to, settled);
+                self.take_up(state, &now, load, to, half_gap);
             }
         }
         let crossing = state.crossing();
@@ -247,17 +252,14 @@ impl Crossing {
         state.crossed_at_rest = state.at_rest;
     }
 
-    /// Servo ticks of rest after which a load rests, too: at most it crosses the gap by itself until
-    /// friction has stopped it.
-    fn settled_after(&self, load: &LoadModel, half_gap: f64) -> u32 {
-        let coasts_s = (4.0 * half_gap * load.inertia / load.coulomb).sqrt();
-        let ticks = (coasts_s / self.period).ceil();
-        // no friction, no rest
-        if ticks < f64::from(u32::MAX - HELD_AFTER_TICKS) {
-            HELD_AFTER_TICKS + ticks as u32
-        } else {
-            u32::MAX
-        }
+    /// Whether a load rests, too: at most it crosses the gap by itself until friction has stopped it.
+    fn has_settled(&self, state: &CrossingState, load: &LoadModel, half_gap: f64) -> bool {
+        let Some(ticks) = state.held_ticks.checked_sub(HELD_AFTER_TICKS) else {
+            return false;
+        };
+        // 2 b = T_f/(2 J) t^2
+        let time = f64::from(ticks) * self.period;
+        time * time * load.coulomb >= 4.0 * half_gap * load.inertia
     }
 
     /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
@@ -270,10 +272,10 @@ impl Crossing {
         now: &Shown,
         load: &LoadModel,
         to: f64,
-        settled: u32,
+        half_gap: f64,
     ) {
         let way = to - state.traverse.now();
-        if state.held_ticks >= settled && way.abs() > NEGLIGIBLE_CHANGE_RAD {
+        if way.abs() > NEGLIGIBLE_CHANGE_RAD && self.has_settled(state, load, half_gap) {
             let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
             state.traverse.start(to, ticks);
             state.taking_up = true;
@@ -340,15 +342,15 @@ impl Crossing {
         }
     }
 
-    /// Flank that has to carry the load at the middle of a traverse that would start now.
+    /// Flank that has to carry the load at the middle of a traverse that would start now, given the half gap
+    /// (rad) and half of the traverse (servo ticks).
     fn side_ahead(
         &self,
         state: &mut CrossingState,
         now: &Shown,
         signals: &Signals,
         load: &LoadModel,
-        lead_ticks: f64,
-        settled: u32,
+        [half_gap, lead_ticks]: [f64; 2],
     ) -> i8 {
         // the twin's shaft torque, extrapolated by its last change
         let torque =
@@ -378,7 +380,7 @@ impl Crossing {
             // once a rest: a traverse that pushes the load, since the gap is known too large,
             // would be answered by the next one
             state.at_rest = true;
-            return if state.held_ticks >= settled && !state.crossed_at_rest {
+            return if !state.crossed_at_rest && self.has_settled(state, load, half_gap) {
                 self.held(state, lead_ticks)
             } else {
                 state.side
