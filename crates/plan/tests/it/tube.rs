@@ -380,7 +380,7 @@ fn fillets_take_as_long_as_arcs_and_as_chords() {
         });
         // Arcs leave the curve a little less room, and it has to gain more to take their place.
         assert!(
-            (arcs / chords - 1.0).abs() < 0.022,
+            (arcs / chords - 1.0).abs() < 0.035,
             "P {tolerance}: {arcs} s as arcs, {chords} s as chords"
         );
     }
@@ -440,7 +440,7 @@ fn corners_between_points_take_as_long_as_between_arcs() {
 #[test]
 fn points_on_a_coarse_grid_do_not_stop_the_motion() {
     let circle = arcs(5.0, 1);
-    for (in_a_turn, most) in [(1571, 1.1), (3142, 1.5)] {
+    for (in_a_turn, most) in [(1571, 1.1), (3142, 1.7)] {
         let mut program = chords(5.0, in_a_turn, 1, 0.01, 0.01);
         program.moves.retain(|m| m.curve.length() > 0.0);
         let samples = program.run();
