@@ -399,8 +399,9 @@ fn hints(said: &Said, negligible: f64) -> bool {
         && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
 }
 
-/// The part of a gap that is used while so many readings agree on it, none where hints alone say it: first
-/// ones may be too large by a tenth, and what is too small only leaves a part of the error. Tuned: with the whole gap at once
+/// The part of a gap that is used while so many readings agree on it; 0 readings where hints alone tell
+/// it. First ones may be too large by a tenth, and what is too small only leaves a part of the error.
+/// Tuned: with the whole gap at once
 /// three of 107 drawn cells threw their loads (20261124-21, 773109-27, 31337-42).
 fn by_degrees(readings: u32) -> f64 {
     match readings {

@@ -185,25 +185,23 @@ impl<'a> Way<'a> {
 
     /// Where the thinned way leads to at a parameter, of unit length, or zero.
     pub(super) fn heading(&self, w: f64) -> Vec3 {
-        let next = self
-            .kept
-            .partition_point(|k| self.w[*k] <= w)
-            .clamp(1, self.kept.len() - 1);
-        let [a, b] = [self.kept[next - 1], self.kept[next]].map(|k| self.vertices[k]);
-        unit(sub(b, a))
+        self.thinned_leg(self.kept.partition_point(|k| self.w[*k] <= w))
     }
 
     /// Where the thinned way leads to past a vertex, of unit length: at one that is left the mean of
     /// before and after.
     pub(super) fn passing(&self, vertex: usize) -> Vec3 {
-        let next = self.kept.partition_point(|k| *k <= vertex);
-        let before = self.kept.partition_point(|k| *k < vertex);
-        let directions = [before, next].map(|leg| {
-            let leg = leg.clamp(1, self.kept.len() - 1);
-            let [a, b] = [self.kept[leg - 1], self.kept[leg]].map(|k| self.vertices[k]);
-            unit(sub(b, a))
-        });
-        unit(std::array::from_fn(|i| directions[0][i] + directions[1][i]))
+        let before = self.thinned_leg(self.kept.partition_point(|k| *k < vertex));
+        let next = self.thinned_leg(self.kept.partition_point(|k| *k <= vertex));
+        unit(std::array::from_fn(|i| before[i] + next[i]))
+    }
+
+    /// Direction of the leg of the thinned way that ends at its vertex `end`, or the nearest there is; of
+    /// unit length, or zero.
+    fn thinned_leg(&self, end: usize) -> Vec3 {
+        let end = end.clamp(1, self.kept.len() - 1);
+        let [a, b] = [self.kept[end - 1], self.kept[end]].map(|k| self.vertices[k]);
+        unit(sub(b, a))
     }
 
     pub(super) fn vertex(&self, k: usize) -> Vec3 {
