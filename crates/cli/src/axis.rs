@@ -120,9 +120,12 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
 fn letter_of(name: &str) -> &str {
     match name.rsplit_once(':') {
         Some((_, letter)) if !letter.contains(['/', '\\', '.']) => letter,
-        _ => "axis",
+        _ => NAMELESS,
     }
 }
+
+/// What an axis is called in a memory that has a file of its own.
+const NAMELESS: &str = "axis";
 
 /// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
 fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
@@ -160,7 +163,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
     args.learning.check(&[method])?;
     let letter = letter_of(&args.axis);
-    let memory = args.learning.of_axis(letter, quiet)?;
+    let memory = args.learning.of_axis(letter, letter == NAMELESS, quiet)?;
     // That of its name, or the only one.
     let remembered = memory.as_ref().and_then(|memory| {
         let of_name = memory.axis.get(letter);
@@ -210,7 +213,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         let axis = AxisMemory::new(found, &config);
         learned.axis.insert(letter.to_owned(), axis);
     }
-    args.learning.save(memory.as_ref(), &learned)?;
+    args.learning.save(memory.as_ref(), &learned, false)?;
     // A limit cycle is a finding about the axis, not a failure of the run.
     if let Some(cycle) = detector.cycle().filter(|_| !quiet) {
         let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());

@@ -1,13 +1,13 @@
 //! What methods that learn start from and what they learn: `--learned`, `--save-learned`, and
 //! `lostmotion axis commission`, which teaches them.
 
-use crate::input;
 use crate::options::machine::{Changes, MachineOptions, failure};
 use crate::output::{self, DONE, FOUND, Failure, remark};
+use crate::{input, options};
 use clap::{Args, ValueHint};
 use lostmotion::drive::Learned;
 use lostmotion::drive::config::AxisUnit;
-use lostmotion::methods::{AxisConfig, MethodId};
+use lostmotion::methods::{AxisConfig, AxisMemory, MethodId};
 use lostmotion::report::WriteError;
 use lostmotion::report::number::{self, fixed, percent};
 use lostmotion::report::text::{Align, Table};
@@ -41,6 +41,13 @@ impl LearnedFiles {
         read.into_iter().chain(written)
     }
 
+    /// Whether what a run learns goes to the file from which it starts.
+    fn is_passed_on(&self) -> bool {
+        // Of a name of its own: `./b` is `b`.
+        let whole = |path: &Option<PathBuf>| std::path::absolute(path.as_ref()?).ok();
+        self.learned.is_some() && whole(&self.learned) == whole(&self.save_learned)
+    }
+
     /// What --learned tells of a machine; checked by whoever knows its axes.
     fn read(
         &self,
@@ -52,7 +59,7 @@ impl LearnedFiles {
         };
         // The first of a row of runs that pass on what they learn has nothing to read yet. Elsewhere
         // a file that is not there is a misspelt name.
-        if self.save_learned.as_ref() == Some(path) && !path.exists() {
+        if self.is_passed_on() && !path.exists() {
             if !quiet {
                 remark(&format!(
                     "note: {} does not exist yet: nothing is known before this run",
@@ -79,12 +86,18 @@ impl LearnedFiles {
         )
     }
 
-    /// What an axis alone starts from: that of its name, or the only one of the file.
-    pub(crate) fn of_axis(&self, name: &str, quiet: bool) -> Result<Option<Memory>, Failure> {
+    /// What an axis alone starts from: that of its name; for one that is `nameless`, in a file of its
+    /// own, the only one of the file.
+    pub(crate) fn of_axis(
+        &self,
+        name: &str,
+        nameless: bool,
+        quiet: bool,
+    ) -> Result<Option<Memory>, Failure> {
         let Some(memory) = self.read(Memory::from_toml, quiet)? else {
             return Ok(None);
         };
-        if memory.axis.len() == 1 || memory.axis.contains_key(name) {
+        if memory.axis.contains_key(name) || nameless && memory.axis.len() == 1 {
             return Ok(Some(memory));
         }
         let names: Vec<&str> = memory.axis.keys().map(String::as_str).collect();
@@ -95,14 +108,23 @@ impl LearnedFiles {
         ))
     }
 
-    /// Refuses --save-learned where no method learns: nothing could be written.
+    /// Refuses --learned and --save-learned where no method learns: nothing could be read or written.
     pub(crate) fn check(&self, methods: &[MethodId]) -> Result<(), Failure> {
-        let Some(path) = &self.save_learned else {
-            return Ok(());
-        };
-        if output::is_standard(path) {
+        if let Some(path) = self
+            .save_learned
+            .as_ref()
+            .filter(|path| output::is_standard(path))
+        {
             output::refuse_standard(path, "a file")?;
         }
+        let saved = self
+            .save_learned
+            .as_ref()
+            .map(|path| ("--save-learned", path));
+        let read = self.learned.as_ref().map(|path| ("--learned", path));
+        let Some((option, path)) = saved.or(read) else {
+            return Ok(());
+        };
         if methods.iter().any(|method| method.learns()) {
             return Ok(());
         }
@@ -111,19 +133,29 @@ impl LearnedFiles {
             .map(MethodId::name)
             .collect();
         Err(Failure::with_hint(
-            format!(
-                "--save-learned {}: no method of this run learns",
-                path.display()
-            ),
+            format!("{option} {}: no method of this run learns", path.display()),
             format!("add --method {}", learning.join(" or ")),
         ))
     }
 
-    /// Writes what was learned; axes of which nothing was learned keep what they started from.
-    pub(crate) fn save(&self, before: Option<&Memory>, learned: &Memory) -> Result<(), Failure> {
+    /// Writes what was learned; axes of which nothing was learned keep what they started from. A
+    /// machine that `stops` was no longer what it learned of: the file stays as it is.
+    pub(crate) fn save(
+        &self,
+        before: Option<&Memory>,
+        learned: &Memory,
+        stops: bool,
+    ) -> Result<(), Failure> {
         let Some(path) = &self.save_learned else {
             return Ok(());
         };
+        if stops {
+            remark(&format!(
+                "note: {} is not written: the machine stops, and what its axes learned until then is not to be trusted",
+                path.display()
+            ));
+            return Ok(());
+        }
         let mut memory = before.cloned().unwrap_or_default();
         memory.axis.extend(
             learned
@@ -154,6 +186,9 @@ pub(crate) struct Commission {
     /// Any key of the machine file, for example axis.x.load.slide.gap_um=30; may be repeated
     #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub(crate) set: Vec<String>,
+    /// Refuse an axis whose motion takes longer than this
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = options::number)]
+    pub(crate) at_most: f64,
     /// Write what was learned, for --learned
     #[arg(long, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]
     pub(crate) learned_out: Option<PathBuf>,
@@ -169,6 +204,7 @@ pub(crate) struct Commission {
 /// well enough, 1 otherwise.
 pub(crate) fn run(args: &Commission, quiet: bool) -> Result<u8, Failure> {
     let (machine, drives) = asked(args)?;
+    refuse_long(&machine, &drives, args.at_most)?;
     let one = drives.first().filter(|_| drives.len() == 1);
     if let Some(path) = &args.out {
         let Some(bounds) = one.and_then(|drive| commission::bounds(&machine, drive)) else {
@@ -203,6 +239,32 @@ pub(crate) fn run(args: &Commission, quiet: bool) -> Result<u8, Failure> {
     }
     let good = found.iter().all(|drive| fault(drive).is_none());
     Ok(if good { DONE } else { FOUND })
+}
+
+/// Refuses a motion that takes longer than somebody waits who did not ask for it.
+fn refuse_long(machine: &Machine, drives: &[String], at_most_s: f64) -> Result<(), Failure> {
+    for drive in drives {
+        let Some(bounds) = commission::bounds(machine, drive) else {
+            continue;
+        };
+        let duration_s = bounds.duration_s();
+        if duration_s > at_most_s {
+            return Err(Failure::with_hint(
+                format!(
+                    "axis {drive}: the motion takes {} s, more than --at-most {}: at {} {}/s the axis is slow beside the largest gap that is looked for",
+                    fixed(duration_s, 0),
+                    number::plain(at_most_s),
+                    number::plain(bounds.limits.velocity),
+                    bounds.unit.symbol(),
+                ),
+                format!(
+                    "--at-most {}, or another axis alone",
+                    fixed(duration_s.ceil(), 0)
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The machine, and which of its drives.
@@ -268,11 +330,21 @@ fn fault(found: &Commissioned) -> Option<String> {
     let Some(learned) = found.learned else {
         return Some("the load was not learned: its motion does not show it".to_owned());
     };
+    let memory = AxisMemory::new(learned, &found.config);
+    if !memory.is_believed(&found.config) {
+        return Some(
+            "the load bounces: its friction is hardly known, and nothing of it is used".to_owned(),
+        );
+    }
+    let truth = found.truth().half_gap_rad;
+    if learned.gap_readings == 0 && truth == 0.0 {
+        return None;
+    }
     if learned.gap_readings == 0 {
         return Some("the gap was not learned: no contact showed, or there is none".to_owned());
     }
-    // A gap too small to matter is known by its deviation alone.
-    if learned.half_gap_rad == 0.0 {
+    // A gap too small to matter is known well.
+    if !memory.has_gap(&found.config) {
         return None;
     }
     if learned.floats {
@@ -286,7 +358,6 @@ fn fault(found: &Commissioned) -> Option<String> {
         return Some("the gap was read only once".to_owned());
     }
     // Sure, and yet another value: the drive believes what is not so.
-    let truth = found.truth().half_gap_rad;
     let off = learned.half_gap_rad - truth;
     let is_beside = off.abs() > INTERVAL_DEVIATIONS * learned.half_gap_deviation_rad;
     (is_beside && off.abs() > GOOD_GAP_DOUBT * truth).then(|| {

@@ -8,7 +8,7 @@ use crate::AxisConfig;
 use lostmotion_base::units::number;
 use lostmotion_drive::Learned;
 use lostmotion_drive::config::Transmission;
-use lostmotion_drive::config::check::AxisConfigError;
+use lostmotion_drive::config::check::{AxisConfigError, between};
 use serde::{Deserialize, Serialize};
 
 /// Relative difference up to which two values of a description are the same: a file may give a
@@ -33,6 +33,9 @@ pub(crate) fn tells_friction(learned: &Learned, rated_nm: f64) -> bool {
     learned.coulomb_deviation_nm
         <= (HOLDING_SHARE * rated_nm).max(TELLING_SHARE * learned.coulomb_nm)
 }
+
+/// Largest half gap that is looked for, rad at the motor: 1 mm on a screw of 20 mm.
+pub(crate) const LARGEST_HALF_GAP_RAD: f64 = 0.3;
 
 /// Half gap below which there is nothing to compensate, mm of a linear axis: 1.3 um in all.
 const NEGLIGIBLE_HALF_GAP_MM: f64 = 6.5e-4;
@@ -161,6 +164,12 @@ pub struct AxisMemory {
 }
 
 impl AxisMemory {
+    /// Whether a drive starts from it: its friction is told. One that a minute of motion does not tell
+    /// is of a load that bounces, and what is said of inertia and gap is as doubtful.
+    pub fn is_believed(&self, axis: &AxisConfig) -> bool {
+        tells_friction(&self.learned, axis.motor.rated_torque_nm)
+    }
+
     /// Whether an axis has a gap that is worth compensating, or may have: that is not certainly too small.
     pub fn has_gap(&self, axis: &AxisConfig) -> bool {
         let Learned {
@@ -218,6 +227,12 @@ impl AxisMemory {
         self.learned
             .check()
             .map_err(|error| error.within("learned"))?;
+        between(
+            "learned.half_gap_rad",
+            self.learned.half_gap_rad,
+            0.0,
+            LARGEST_HALF_GAP_RAD,
+        )?;
         let here = LearnedOn::of(axis);
         for ((key, what, there), (_, _, here)) in self.learned_on.all().into_iter().zip(here.all())
         {

@@ -159,11 +159,13 @@ impl MethodId {
         self.0.info.knows.load
     }
 
-    /// Whether it is told this quantity.
+    /// Whether it is told this quantity. One that learns does so with the stiffness of the
+    /// description; what it remembers is told in another way ([`Misled::remembered`]).
     pub fn is_told(self, what: Told) -> bool {
         match what {
             Told::Gap => self.told_gap(),
-            Told::Friction | Told::Stiffness => self.told_load(),
+            Told::Friction => self.told_load(),
+            Told::Stiffness => self.told_load() || self.learns(),
         }
     }
 

@@ -4,7 +4,9 @@
 //! with temperature. A method that works only with exact values works on paper; [`Misled`] makes
 //! the description that a drive with wrong values has, so that the same axis can be run with it.
 
-use crate::AxisConfig;
+use crate::memory::{LARGEST_HALF_GAP_RAD, LearnedOn};
+use crate::{AxisConfig, AxisMemory};
+use lostmotion_drive::Learned;
 use lostmotion_drive::config::{Load, Reflected};
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// changes with temperature and lubrication, between two visits of service.
 pub const USUAL_SHARE: f64 = 0.3;
 
-/// A quantity that a method may be told.
+/// A quantity that a method may be told, by the settings of an axis or by what was learned before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
@@ -53,7 +55,8 @@ pub struct Misled {
 }
 
 impl Misled {
-    /// The description of an axis as a drive has it that is told this quantity wrong.
+    /// The description of an axis as a drive has it that is told this quantity wrong: by the
+    /// settings of its methods, and by its memory.
     #[must_use]
     pub fn of(self, axis: &AxisConfig) -> AxisConfig {
         let mut told = axis.clone();
@@ -78,6 +81,70 @@ impl Misled {
             },
         };
         told.load = Load::Reflected(load);
+        // A memory is as wrong, and of the axis as the drive has it.
+        told.compensation.learned = axis.compensation.learned.map(|memory| AxisMemory {
+            learned: self.remembered(memory.learned),
+            learned_on: LearnedOn::of(&told),
+        });
         told
+    }
+
+    /// A memory that is wrong in this quantity: of an axis that has changed since, or of another one.
+    /// The stiffness is not learned.
+    #[must_use]
+    pub fn remembered(self, learned: Learned) -> Learned {
+        match self.what {
+            Told::Gap => Learned {
+                half_gap_rad: (learned.half_gap_rad * self.factor).min(LARGEST_HALF_GAP_RAD),
+                ..learned
+            },
+            Told::Friction => Learned {
+                coulomb_nm: learned.coulomb_nm * self.factor,
+                viscous_nm_s_per_rad: learned.viscous_nm_s_per_rad * self.factor,
+                ..learned
+            },
+            Told::Stiffness => learned,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_memory_is_as_wrong_as_the_description_and_of_the_same_axis() {
+        let mut axis = AxisConfig::paper();
+        let learned = Learned {
+            half_gap_rad: 0.25,
+            load_inertia_kgm2: 0.01,
+            coulomb_nm: 1.0,
+            viscous_nm_s_per_rad: 0.1,
+            ..Learned::default()
+        };
+        axis.compensation.learned = Some(AxisMemory::new(learned, &axis));
+        let told = |what, factor| {
+            let told = Misled { what, factor }.of(&axis);
+            let memory = told.compensation.learned.unwrap_or_default();
+            assert_eq!(memory.check(&told), Ok(()), "{what:?}");
+            memory.learned
+        };
+        assert!((told(Told::Gap, 0.5).half_gap_rad - 0.125).abs() < 1e-15);
+        // no more than is looked for
+        assert!((told(Told::Gap, 1.5).half_gap_rad - LARGEST_HALF_GAP_RAD).abs() < 1e-15);
+        let friction = told(Told::Friction, 2.0);
+        assert_eq!(
+            (friction.coulomb_nm, friction.viscous_nm_s_per_rad),
+            (2.0, 0.2)
+        );
+        assert_eq!(told(Told::Stiffness, 2.0).half_gap_rad, 0.25);
+        // of a stiffness that is told otherwise, a memory is another axis'
+        let stiffer = Misled {
+            what: Told::Stiffness,
+            factor: 2.0,
+        }
+        .of(&axis);
+        let memory = axis.compensation.learned.unwrap_or_default();
+        assert!(memory.check(&stiffer).is_err());
     }
 }

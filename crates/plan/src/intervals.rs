@@ -38,17 +38,28 @@ const TRAVEL_ROUNDING: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub(crate) struct Intervals {
     end: f64,
-    open: Option<Interval>,
-    window_s: f64,
+    /// Part of the way in one averaging window below which neighbours become one.
+    gathered: f64,
+    /// The interval that may still be gathered with what follows, and the longest window of the joints
+    /// that move in it, s.
+    open: Option<(Interval, f64)>,
 }
 
 impl Intervals {
-    /// Starts a path at 0; `window_s` is the longest window of the moving average.
-    pub(crate) fn new(window_s: f64) -> Intervals {
+    /// Starts a path at 0; neighbours that are short become one.
+    pub(crate) fn gathered() -> Intervals {
         Intervals {
             end: 0.0,
+            gathered: GATHERED_WINDOW,
             open: None,
-            window_s,
+        }
+    }
+
+    /// Starts a path at 0; each part is an interval.
+    pub(crate) fn apart() -> Intervals {
+        Intervals {
+            gathered: 0.0,
+            ..Intervals::gathered()
         }
     }
 
@@ -69,36 +80,48 @@ impl Intervals {
             // Where neither a joint nor the feed bounds the speed, the cap has to be finite all the
             // same: it is squared.
             let cap = machine.speed_cap(&demand).min(SPEED_CEILING);
-            self.add(length, demand, cap, out);
+            self.add(length, (demand, machine.window_s(&demand)), cap, out);
         }
         Ok(())
     }
 
-    fn add(&mut self, length: f64, demand: Demand, cap: f64, out: &mut Vec<Interval>) {
+    /// Adds a part with the longest window of the joints that move in it: one that stands has no say.
+    fn add(
+        &mut self,
+        length: f64,
+        (demand, window_s): (Demand, f64),
+        cap: f64,
+        out: &mut Vec<Interval>,
+    ) {
         let (start, end) = (self.end, self.end + length);
         self.end = end;
         // Parts that the motion passes within a fraction of the averaging window act on it
         // together: the maximum over them costs little time and saves intervals.
         match &mut self.open {
-            Some(open)
-                if end - open.start <= GATHERED_WINDOW * self.window_s * open.cap.min(cap) =>
+            Some((open, longest_s))
+                if end - open.start
+                    <= self.gathered * longest_s.max(window_s) * open.cap.min(cap) =>
             {
                 open.demand.join(&demand);
                 open.cap = open.cap.min(cap);
                 open.end = end;
+                *longest_s = longest_s.max(window_s);
             }
-            open => out.extend(open.replace(Interval {
-                start,
-                end,
-                demand,
-                cap,
-            })),
+            open => {
+                let next = Interval {
+                    start,
+                    end,
+                    demand,
+                    cap,
+                };
+                out.extend(open.replace((next, window_s)).map(|(done, _)| done));
+            }
         }
     }
 
     /// Ends the path; the next one starts at 0.
     pub(crate) fn finish(&mut self, out: &mut Vec<Interval>) {
-        out.extend(self.open.take());
+        out.extend(self.open.take().map(|(done, _)| done));
         self.end = 0.0;
     }
 }
@@ -121,7 +144,7 @@ pub(crate) fn demands(
             [0.0, length],
         )?);
         // Parts shorter than this would be gathered again.
-        let gathered = GATHERED_WINDOW * machine.longest_window_s() * machine.speed_cap(&whole);
+        let gathered = GATHERED_WINDOW * machine.window_s(&whole) * machine.speed_cap(&whole);
         if length <= gathered {
             return Ok(vec![(length, whole)]);
         }

@@ -85,13 +85,13 @@ impl Judge for TimeJudge<'_> {
     }
 
     fn time_s(&self, steps: &[PathStep]) -> f64 {
-        self.stretches_s(self.gathered(), steps, &mut |intervals| {
+        self.stretches_s(Intervals::gathered(), steps, &mut |intervals| {
             self.stretch_s(intervals)
         })
     }
 
     fn ideal_s(&self, steps: &[PathStep]) -> f64 {
-        self.stretches_s(Intervals::new(0.0), steps, &mut |intervals| {
+        self.stretches_s(Intervals::apart(), steps, &mut |intervals| {
             self.ideal_stretch_s(intervals)
         })
     }
@@ -102,7 +102,7 @@ impl Judge for TimeJudge<'_> {
             .split_last()
             .is_some_and(|(_, steps)| !steps.iter().any(stops));
         let mut out_of_reach = false;
-        let time_s = self.stretches_s(self.gathered(), steps, &mut |intervals| {
+        let time_s = self.stretches_s(Intervals::gathered(), steps, &mut |intervals| {
             if intervals.is_empty() {
                 return 0.0;
             }
@@ -151,11 +151,6 @@ impl Judge for TimeJudge<'_> {
 }
 
 impl TimeJudge<'_> {
-    /// Intervals as a section has them.
-    fn gathered(&self) -> Intervals {
-        Intervals::new(self.machine.longest_window_s())
-    }
-
     /// Sum of the times of all stretches between two stops, given what makes the intervals.
     fn stretches_s(
         &self,

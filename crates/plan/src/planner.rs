@@ -83,7 +83,7 @@ impl Planner {
                 machine.clone()
             },
             conditioner: Conditioner::new(config.clone()),
-            window: Window::new(&machine, &config),
+            window: Window::new(&config),
             sampler: Sampler::new(clock, start, joints),
             here: Position {
                 program: start,

@@ -64,10 +64,10 @@ pub(crate) struct Settled {
 }
 
 impl Window {
-    pub(crate) fn new(machine: &Machine, config: &PlannerConfig) -> Window {
+    pub(crate) fn new(config: &PlannerConfig) -> Window {
         let (max_intervals, max_pieces) = (config.window_intervals, config.window_pieces);
         Window {
-            builder: Intervals::new(machine.longest_window_s()),
+            builder: Intervals::gathered(),
             pieces: VecDeque::new(),
             given: 0,
             intervals: Vec::new(),

@@ -12,6 +12,7 @@ use crate::output::{
     DONE, FOUND, Failure, print, refuse_input, refuse_inputs, remark, stdout_is_terminal,
 };
 use clap::{Args, ValueHint};
+use lostmotion::drive::config::AxisConfigError;
 use lostmotion::methods::MethodId;
 use lostmotion::report::findings::BlockRecorder;
 use lostmotion::report::text;
@@ -340,8 +341,9 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         .into_single()
         .ok_or_else(|| Failure::message("no method was run"))?;
     accepted(&program, &machine, &options, voice)?;
-    let learned = &simulation.result.learned;
-    run.learning.save(options.learned.as_deref(), learned)?;
+    let (learned, stops) = (&simulation.result.learned, simulation.result.stop.is_some());
+    run.learning
+        .save(options.learned.as_deref(), learned, stops)?;
     let json = to_json(&simulation)?;
     // Files get text without colour in full width; stdout gets what its terminal can show.
     let outside = record.take_blocks_outside();
@@ -382,9 +384,11 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
         .map_err(|error| failure(&program, &error, voice))?;
     accepted(&program, &machine, &options, voice)?;
     // One method learns: the others have learned nothing.
-    let mut learned = comparison.results.iter().map(|result| &result.learned);
-    if let Some(learned) = learned.rfind(|memory| !memory.is_empty()) {
-        run.learning.save(options.learned.as_deref(), learned)?;
+    let mut results = comparison.results.iter();
+    if let Some(result) = results.rfind(|result| !result.learned.is_empty()) {
+        let stops = result.stop.is_some();
+        run.learning
+            .save(options.learned.as_deref(), &result.learned, stops)?;
     }
     let json = to_json(&comparison)?;
     let outside = record.take_blocks_outside();
@@ -404,8 +408,16 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     Ok(exit_code(answer.run))
 }
 
+/// The first axis that a method does not work on, and why.
+fn unsuited_axis(method: MethodId, machine: &Machine) -> Option<(String, AxisConfigError)> {
+    machine.drives().into_iter().find_map(|drive| {
+        let error = method.suits(machine.drive(&drive)?).err()?;
+        Some((drive, error))
+    })
+}
+
 /// The methods asked for, each once; if none is named, all of them, without the one for fits where
-/// there is no fit.
+/// there is no fit, and without those that an axis does not suit.
 fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     for name in asked.iter().filter(|name| !name.is_empty()) {
@@ -421,10 +433,20 @@ fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<Stri
         // `fitted-lookup` without a fit would do nothing: it is left out of `all`, and refused by
         // name.
         let fitted = has_fit(machine);
-        methods = MethodId::all()
-            .filter(|method| fitted || !method.needs_fit())
-            .map(|method| method.to_string())
-            .collect();
+        let mut unsuited = Vec::new();
+        for method in MethodId::all().filter(|method| fitted || !method.needs_fit()) {
+            match unsuited_axis(method, machine) {
+                None => methods.push(method.to_string()),
+                Some((axis, why)) => {
+                    unsuited.push(format!("{method} does not suit axis {axis}: {why}"));
+                }
+            }
+        }
+        if !quiet {
+            for why in unsuited {
+                remark(&format!("note: left out: {why}"));
+            }
+        }
         if !fitted && !quiet {
             let named: Vec<&str> = MethodId::all()
                 .filter(|method| method.needs_fit())

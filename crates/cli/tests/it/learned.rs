@@ -63,6 +63,9 @@ fn an_axis_is_commissioned_and_the_part_starts_from_what_it_learned() {
     let first = simulate(&row);
     assert_eq!(first, cold);
     assert!(simulate(&row) < cold);
+    // Two spellings of one file.
+    let same = ["--learned", "./new.toml", "--save-learned", "new.toml"];
+    assert_eq!(simulate(&same), cold);
 }
 
 #[test]
@@ -106,6 +109,42 @@ fn one_axis_alone_is_commissioned_by_its_setpoints_too() {
         line.split('=').nth(1).unwrap().trim().parse().unwrap()
     };
     assert!((gap("again.toml") / gap("x.toml") - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn an_axis_without_a_gap_is_commissioned_well() {
+    let bench = Bench::new();
+    let none = ["--set", "axis.x.load.slide.gap_um=0"];
+    let said = bench.expect(0, &[&["axis", "commission", "vmc3:x"], &none[..]].concat());
+    assert!(said.contains("\ngood enough"), "{said}");
+}
+
+#[test]
+fn a_machine_that_stops_leaves_the_memory_as_it_was() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    bench.file("kept.toml", "version = 1\n");
+    let stops = "axis.x.monitoring.following_error_units=0.001";
+    let run = [
+        "simulate",
+        "circle.ngc",
+        "-m",
+        "vmc3-worn",
+        "--method",
+        "adaptive",
+        "--set",
+        stops,
+        "--save-learned",
+        "kept.toml",
+    ];
+    let out = bench.run(&run);
+    let told = String::from_utf8_lossy(&out.stderr);
+    assert!(
+        told.contains("kept.toml is not written: the machine stops"),
+        "{told}"
+    );
+    let kept = std::fs::read_to_string(bench.path("kept.toml")).unwrap();
+    assert_eq!(kept, "version = 1\n");
 }
 
 #[test]
@@ -156,6 +195,51 @@ fn what_cannot_be_learned_from_is_refused_with_place_value_and_hint() {
         &[
             "--save-learned y.toml: no method of this run learns",
             "--method adaptive",
+        ],
+    );
+    bench.refuses(
+        &simulate(&["--method", "fixed", "--learned", "x.toml"]),
+        &["--learned x.toml: no method of this run learns"],
+    );
+    // A gap of 30 mm, which nobody looks for.
+    let (head, tail) = text.split_once("half_gap_rad = ").unwrap();
+    let (_, rest) = tail.split_once('\n').unwrap();
+    bench.file("wide.toml", format!("{head}half_gap_rad = 3.0\n{rest}"));
+    bench.refuses(
+        &adaptive("wide.toml"),
+        &["wide.toml:", "axis.x.learned.half_gap_rad", "from 0 to 0.3"],
+    );
+    // The memory of another axis.
+    let run = [
+        "axis",
+        "run",
+        "--setpoints",
+        "x.csv",
+        "--method",
+        "adaptive",
+    ];
+    let of = |axis: &'static str| {
+        let more = ["--axis", axis, "--out", "t.csv", "--learned", "x.toml"];
+        [&run[..], &more].concat()
+    };
+    let setpoints = ["axis", "commission", "vmc3-worn:x", "--out", "x.csv", "-q"];
+    bench.expect(0, &setpoints);
+    bench.refuses(
+        &of("vmc3-worn:y"),
+        &[
+            "x.toml: nothing of axis \"y\" has been learned",
+            "its axes: x",
+        ],
+    );
+    bench.expect(0, &of("vmc3-worn:x"));
+    // An hour and a half that nobody asked for.
+    let slow = ["--set", "axis.x.limits.velocity_mm_s=0.5"];
+    bench.refuses(
+        &[&["axis", "commission", "vmc3:x"], &slow[..]].concat(),
+        &[
+            "axis x: the motion takes 5239 s",
+            "--at-most 600",
+            "at 0.5 mm/s",
         ],
     );
     bench.refuses(

@@ -7,10 +7,22 @@ use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
 use super::window::Window;
-use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LARGEST_HALF_GAP_RAD, LEAST_EVIDENCE};
+use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LEAST_EVIDENCE};
+use crate::memory::LARGEST_HALF_GAP_RAD;
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{GapReading, Learned, Learning, ReadingVerdict};
+
+/// Standard deviation of what all readings of a gap are off by together, part of it: errors of the
+/// model, which no number of readings averages out; where friction holds the load, and where it may
+/// float. Measured on the commissioned axes of 96 drawn machines, whose intervals of 95 % hold the gap
+/// without it in 82 and 38 %. With it those of 192 axes drawn with another seed do in 97 and 91 %.
+const SHARED_ERROR: [f64; 2] = [0.0125, 0.11];
+
+/// That of a half gap, rad.
+fn shared_error(half_gap: f64, floats: bool) -> f64 {
+    SHARED_ERROR[usize::from(floats)] * half_gap
+}
 
 impl Adaptive {
     /// The state before the first tick of an axis whose load and gap are known.
@@ -26,8 +38,13 @@ impl Adaptive {
             constant: learned.constant_nm,
             ..self.first
         };
-        let half_gap = learned.half_gap_rad.min(LARGEST_HALF_GAP_RAD);
-        let deviation = learned.half_gap_deviation_rad;
+        let half_gap = learned.half_gap_rad;
+        // what its readings had for themselves, as it is learned on
+        let (whole, shared) = (
+            learned.half_gap_deviation_rad,
+            shared_error(half_gap, learned.floats),
+        );
+        let deviation = (whole * whole - shared * shared).max(0.0).sqrt();
         let gap = if half_gap > 0.0 {
             Readings::known(half_gap, deviation * deviation, learned.gap_readings)
         } else {
@@ -62,17 +79,19 @@ impl Adaptive {
         let load = &state.load;
         // a gap too small to matter is known, too
         let (is_read, is_nil) = (state.gap.count > 0, state.trust.nil);
+        let floats = !state.trust.is_held();
         let learned = Learned {
             half_gap_rad: if is_read { state.gap.value } else { 0.0 },
             half_gap_deviation_rad: if is_read {
-                state.gap.variance.max(0.0).sqrt()
+                let shared = shared_error(state.gap.value, floats);
+                (state.gap.variance.max(0.0) + shared * shared).sqrt()
             } else if is_nil {
                 0.5 * self.negligible
             } else {
                 0.0
             },
             gap_readings: state.gap.count.max(u32::from(is_nil)),
-            floats: !state.trust.is_held(),
+            floats,
             load_inertia_kgm2: load.inertia,
             viscous_nm_s_per_rad: load.viscous,
             coulomb_nm: load.coulomb,

@@ -70,7 +70,7 @@ mod window;
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::memory::{negligible_half_gap_rad, tells_friction};
+use crate::memory::{LARGEST_HALF_GAP_RAD, negligible_half_gap_rad, tells_friction};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
 use foresee::Foresee;
@@ -138,8 +138,6 @@ const LEAST_HALF_GAP_SHARE: f64 = 0.1;
 /// Largest standard deviation of a reading that counts, part of its value. A choice: a half gap
 /// that is off by as much leaves a fifth of the error.
 const LARGEST_DOUBT: f64 = 0.2;
-/// Bound of the half gap, rad at the motor: 1 mm on a screw of 20 mm.
-const LARGEST_HALF_GAP_RAD: f64 = 0.3;
 /// Standard deviation that a faint contact adds, part of the value. A choice: such a reading weighs
 /// about a sixteenth of one that is sure to a per cent.
 const FAINT_DOUBT: f64 = 0.04;
@@ -332,10 +330,14 @@ impl Adaptive {
             return;
         };
         state.reading = None;
+        // A load that touched the far flank, came back and rested was met elsewhere in the end: the contact
+        // that tells the gap may be among long samples.
+        let hidden = said.wavered && state.read.hides();
         state.read.clear();
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
-        let unsure = said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
+        let unsure =
+            hidden || said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
         state.last = Some(self.reported(state.last, &said, sharp && !unsure));
         if self.counts(&said) && !unsure && (sharp || !said.wavered) {
             // contacts that hardly show, or over a wavering flank, are less certain than their
@@ -357,7 +359,7 @@ impl Adaptive {
             );
         }
         // what explains a crossing so well knows the load behind it, too
-        if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp {
+        if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp && !hidden {
             let agrees = state.gap.count > 0
                 && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
             state
@@ -371,7 +373,7 @@ impl Adaptive {
         // what is used by hints alone gives way to anything smaller, however little it shows: a traverse that
         // is too long pushes the load, and no contact shows then
         let denied = state.gap.count == 0 && said.half_gap < state.used;
-        if hints(&said, self.negligible) || denied {
+        if !hidden && (hints(&said, self.negligible) || denied) {
             state
                 .gap
                 .hint(said.half_gap.max(LEAST_HALF_GAP_SHARE * self.negligible));

@@ -7,14 +7,14 @@
 //!    eight drawn cells; so they are left alone.
 //! 2. Only where the inertia is known so well that the change of the flank can be foreseen: a twin whose
 //!    inertia is wrong crosses the gap too early or too late, and the load is thrown. Where the axis
-//!    is slow the inertia hardly matters.
+//!    is slow the inertia hardly matters, and where it rests not at all.
 //! 3. Only as far as the axes that move with it. The errors of two axes of a slanted line or an arc
 //!    partly cancel across it, so that one axis set right alone can be worse than neither; both by
 //!    the same share never is.
 //!
 //! ```text
 //! held      from  T_f - 2 s > 0.005 T_rated (3 s with a memory)  until  T_f + 2 s < 0.005 T_rated          s: standard deviation of T_f
-//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b           s_J: standard deviation of J; w, a: largest so far
+//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest so far
 //! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
@@ -103,7 +103,7 @@ impl Trust {
 
     /// Whether changes of the flank can be foreseen.
     pub(super) fn foresees(&self) -> bool {
-        self.foreseen
+        self.foreseen || !self.moves
     }
 
     /// How far the control and the other axes let it correct.
@@ -157,7 +157,7 @@ impl Trust {
     }
 
     fn own(&self, half_gap: f64) -> f64 {
-        if self.held && self.foreseen && half_gap > 0.0 {
+        if self.held && self.foresees() && half_gap > 0.0 {
             1.0
         } else {
             0.0
@@ -259,9 +259,11 @@ mod tests {
         assert!(trust.foreseen);
         trust.weigh(&at(5.0, 100.0), &load, 0.2, 1e-3);
         assert!(!trust.foreseen);
-        // what was fast once may be again
+        // what was fast once may be again; while it rests there is nothing to foresee
         trust.weigh(&at(0.0, 0.0), &load, 0.2, 1e-3);
-        assert!(!trust.foreseen);
+        assert!(!trust.foreseen && trust.foresees());
+        trust.moves = true;
+        assert!(!trust.foresees());
         // a gap that is wide beside the way of speeding up, 0.125 rad
         trust.weigh(&at(0.0, 0.0), &load, 0.2, 1.3);
         assert!(trust.foreseen);

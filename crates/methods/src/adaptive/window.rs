@@ -5,7 +5,9 @@
 //! equations, and what servo, references and compensator did meanwhile is all in that motion. The
 //! ticks around leaving and reaching a flank are kept singly. In between, where the motor is alone,
 //! samples are merged in pairs when they become many; so a crossing of any length fits into the
-//! same memory and takes the same time to read.
+//! same memory and takes the same time to read. Where the motor stands samples become longer the longer
+//! it does, so that a rest leaves room for what came before it: a load that came to rest between its
+//! flanks may have touched one.
 
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
@@ -24,6 +26,15 @@ const OBSERVER_LAG_TICKS: usize = 21;
 const SAMPLES_BETWEEN: usize = 128;
 /// Samples of a window that is complete, at most.
 const MOST_SAMPLES: usize = TICKS_BEFORE + SAMPLES_BETWEEN + TICKS_AT_END;
+/// Motion of the motor in a sample up to which it stands, rad: 0.06 um on a screw of 20 mm. A choice:
+/// a servo that brings an axis to its place creeps for long, and this is a hundredth of a small gap.
+const STANDING_RAD: f64 = 2e-5;
+/// Part of the time for which the motor has stood that a sample may last. A choice: a load that still
+/// moves is followed to some per cent of that time.
+const STANDING_SHARE: u32 = 8;
+/// Servo ticks in a sample up to which a contact shows in it: 1 ms. A choice: as long as what is read of
+/// a contact.
+const SHOWING_TICKS: u32 = 4;
 /// Bound of the servo ticks in a sample: 128 ms, which makes a window of 16 s. A longer crossing is
 /// not read.
 const LONGEST_SAMPLE_TICKS: u32 = 512;
@@ -87,6 +98,8 @@ pub(super) struct Window {
     end: VecDeque<Sample>,
     /// Servo ticks of a merged sample.
     stride: u32,
+    /// Servo ticks for which the motor has stood.
+    standing: u32,
 }
 
 impl Window {
@@ -144,6 +157,11 @@ impl Window {
         self.samples.extend(self.end.drain(..));
     }
 
+    /// Whether a contact may be hidden in the way between, since its samples are long.
+    pub(super) fn hides(&self) -> bool {
+        self.stride > SHOWING_TICKS
+    }
+
     /// Mean speed of the motor between two single ticks, rad/s; 0 where there are none.
     pub(super) fn mean_speed(&self, from: usize, to: usize) -> f64 {
         match (self.samples.get(from), self.samples.get(to)) {
@@ -187,8 +205,21 @@ impl Window {
     fn between(&mut self, sample: Sample) {
         // the ticks before the crossing stay single
         let between = self.samples.len() > TICKS_BEFORE;
+        let stands = |from: Option<&Sample>| {
+            from.is_some_and(|from| (sample.position - from.position).abs() <= STANDING_RAD)
+        };
+        self.standing = if stands(self.samples.last()) {
+            self.standing.saturating_add(1)
+        } else {
+            0
+        };
+        let ticks = if stands(self.samples.iter().nth_back(1)) {
+            self.stride.max(self.standing / STANDING_SHARE)
+        } else {
+            self.stride
+        };
         match self.samples.last_mut() {
-            Some(last) if between && last.ticks < self.stride => *last = merged(last, &sample),
+            Some(last) if between && last.ticks < ticks => *last = merged(last, &sample),
             _ => self.samples.push(sample),
         }
         if self.samples.len() >= TICKS_BEFORE + SAMPLES_BETWEEN
@@ -220,5 +251,59 @@ fn merged(first: &Sample, second: &Sample) -> Sample {
         current: (a * first.current + b * second.current) / (a + b),
         fall: first.fall + second.fall,
         ticks: first.ticks + second.ticks,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A window whose motor moves for some ticks behind the flank, and then stands or creeps on.
+    fn window(moving: usize, resting: usize, creep_rad: f64) -> Window {
+        let mut recent = Recent::default();
+        let mut position = 0.0;
+        let mut tick = |way: f64| {
+            position += way;
+            Sample {
+                position,
+                ticks: 1,
+                ..Sample::default()
+            }
+        };
+        for _ in 0..TICKS_BEFORE {
+            recent.push(Tick {
+                sample: tick(1e-3),
+                ..Tick::default()
+            });
+        }
+        let mut window = Window::default();
+        assert!(window.begin(&recent, 1));
+        let moved = (0..moving).map(|_| 1e-4);
+        let stood = (0..resting).map(|_| creep_rad);
+        for way in moved.chain(stood).chain((0..TICKS_AT_END).map(|_| -1e-3)) {
+            assert!(window.push(tick(way)));
+        }
+        window.close();
+        window
+    }
+
+    #[test]
+    fn a_rest_leaves_what_came_before_it_as_it_is() {
+        // a second and ten seconds of rest, and one in which the servo creeps to its place
+        for (resting, creep) in [(4000, 0.0), (40_000, 0.0), (4000, 2e-7)] {
+            let window = window(100, resting, creep);
+            assert!(!window.hides(), "{resting} {creep}");
+            // the hundred ticks before the rest, in samples in which a contact shows
+            let before = &window.samples[..TICKS_BEFORE + 100 / SHOWING_TICKS as usize];
+            assert!(
+                before.iter().all(|sample| sample.ticks <= SHOWING_TICKS),
+                "{resting} {creep}"
+            );
+            assert!(window.samples.len() <= MOST_SAMPLES);
+            let ticks: u32 = window.samples.iter().map(|sample| sample.ticks).sum();
+            assert_eq!(ticks as usize, TICKS_BEFORE + 100 + resting + TICKS_AT_END);
+        }
+        // a motor that moves all the time leaves no room
+        assert!(window(100, 4000, 1e-4).hides());
     }
 }

@@ -3,8 +3,8 @@
 use super::parts::{program, stop_place, stop_reason, warnings};
 use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, needs};
-use crate::number::{error, percent, plain};
-use lostmotion_methods::MethodId;
+use crate::number::{error, fixed, percent, plain};
+use lostmotion_methods::{MethodId, Misled};
 use lostmotion_sim::results::{Harm, MethodResult, Run, Trust};
 
 /// Most warnings shown, a choice; the JSON form has all of them.
@@ -223,12 +223,23 @@ fn reason_line(
     )
 }
 
+/// What is told, by which factor: two decimals, or as many as tell it from the truth.
+fn told(misled: Misled) -> String {
+    let short = fixed(misled.factor, 2);
+    let exact = plain(misled.factor);
+    let factor = if exact.len() > short.len() {
+        exact
+    } else {
+        short
+    };
+    format!("{} x {factor}", misled.what.name())
+}
+
 /// How the methods do whose drives are told their axes wrong.
 pub(super) fn misled(results: &[MethodResult], tolerance_um: f64, options: &TextOptions) -> String {
     let right = Align::Right;
     let mut table = Table::new(&[
-        ("method", Align::Left),
-        ("told", Align::Left),
+        ("method, and told", Align::Left),
         ("max", right),
         ("RMS", right),
         ("backlash max", right),
@@ -246,7 +257,6 @@ pub(super) fn misled(results: &[MethodResult], tolerance_um: f64, options: &Text
     for result in tried.clone() {
         table.row([
             result.method.as_str().into(),
-            "right".into(),
             Cell::Error(result.cutting.max),
             Cell::Error(result.cutting.rms),
             Cell::Error(result.backlash.max),
@@ -255,8 +265,7 @@ pub(super) fn misled(results: &[MethodResult], tolerance_um: f64, options: &Text
         ]);
         for run in &result.misled {
             table.row([
-                "".into(),
-                format!("{} x {:.2}", run.misled.what.name(), run.misled.factor).into(),
+                format!("  {}", told(run.misled)).into(),
                 Cell::Error(run.cutting.max),
                 Cell::Error(run.cutting.rms),
                 Cell::Error(run.backlash.max),

@@ -114,8 +114,8 @@ pub fn one(machine: &Machine, drive: &str) -> Option<Result<Commissioned, SimErr
     let axis = drive.chars().next().and_then(AxisId::from_letter)?;
     // it starts from nothing
     config.compensation.learned = None;
-    let setpoints = bounds(machine, drive)?.setpoints();
-    let duration_s = setpoints.len() as f64 * config.cycles.command().period_s();
+    let bounds = bounds(machine, drive)?;
+    let (setpoints, duration_s) = (bounds.setpoints(), bounds.duration_s());
     let learned = run(&config, &setpoints).map_err(|source| SimError::Axis { axis, source });
     Some(learned.map(|learned| Commissioned {
         drive: drive.to_owned(),

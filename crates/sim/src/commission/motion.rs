@@ -104,6 +104,21 @@ const RAMP_SHARES: [f64; 2] = [0.8, 0.3];
 /// Rest before the first and after the last move, s.
 const REST_S: f64 = 0.5;
 
+/// A part of the motion as a drive takes it, places from the start of the motion.
+enum Move {
+    /// Standing at a place.
+    Rest { place: f64, seconds: f64 },
+    /// From a place to another, at this speed where it is reached.
+    Stroke {
+        from: f64,
+        to: f64,
+        speed: f64,
+        stroke: Stroke,
+    },
+    /// Up from the start and back, some times.
+    Swing(Swing),
+}
+
 /// What a motion is made for: limits and travel in the axis' unit, how far the motor turns for one
 /// unit (rad), and the command cycle (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,80 +154,49 @@ impl Bounds {
 
     /// The parts of the motion in their order, places from [`Bounds::start`].
     pub(super) fn segments(&self) -> Vec<Segment> {
-        let [short, long] = self.lengths();
-        let mut out = vec![Segment::Rest(REST_S)];
-        for phase in PHASES {
-            match phase {
-                Phase::Strokes {
-                    long: is_long,
-                    speed,
-                    rest_s,
-                    count,
-                    ..
-                } => {
-                    let length = if is_long { long } else { short };
-                    let speed = self.speed(length, speed);
-                    for _ in 0..count {
-                        for to in [length, 0.0] {
-                            out.push(Segment::Stroke { to, speed });
-                            out.push(Segment::Rest(rest_s));
-                        }
-                    }
-                }
-                Phase::Swings {
-                    acceleration,
-                    count,
-                } => {
-                    let swing = self.swing(0.5 * short, acceleration, count);
-                    out.push(Segment::Swing {
-                        amplitude: swing.amplitude,
-                        rate: swing.rate,
-                        count,
-                    });
-                }
-            }
-        }
-        out.push(Segment::Rest(REST_S));
+        let mut out = Vec::new();
+        self.each_move(|part| match part {
+            // A cycle between two parts is none of a program's.
+            Move::Rest { seconds: 0.0, .. } => {}
+            Move::Rest { seconds, .. } => out.push(Segment::Rest(seconds)),
+            Move::Stroke { to, speed, .. } => out.push(Segment::Stroke { to, speed }),
+            Move::Swing(swing) => out.push(Segment::Swing {
+                amplitude: swing.amplitude,
+                rate: swing.rate,
+                count: swing.count,
+            }),
+        });
         out
+    }
+
+    /// Length of the whole motion, s: a minute, more on an axis that is slow beside the largest gap
+    /// that is looked for.
+    pub fn duration_s(&self) -> f64 {
+        let mut cycles = 0;
+        self.each_move(|part| cycles += self.cycles_of(&part));
+        cycles as f64 * self.cycle_s
     }
 
     /// The setpoints of the whole motion, one a command cycle.
     pub fn setpoints(&self) -> Vec<Setpoint> {
-        let [short, long] = self.lengths();
         let mut out = Vec::new();
-        self.rest(REST_S, &mut out);
-        for phase in PHASES {
-            match phase {
-                Phase::Strokes {
-                    long: is_long,
-                    speed,
-                    acceleration,
-                    rest_s,
-                    count,
+        self.each_move(|part| {
+            let at = |cycle: usize| cycle as f64 * self.cycle_s;
+            let setpoint = |cycle: usize| match &part {
+                Move::Rest { place, .. } => Setpoint::moving(*place, 0.0, 0.0),
+                Move::Stroke {
+                    from, to, stroke, ..
                 } => {
-                    let length = if is_long { long } else { short };
-                    let stroke = self.stroke(length, speed, acceleration);
-                    for _ in 0..count {
-                        for (from, sign) in [(0.0, 1.0), (stroke.length, -1.0)] {
-                            self.sample(stroke.duration(), &mut out, |t| {
-                                let [p, v, a] = stroke.at(t);
-                                [from + sign * p, sign * v, sign * a]
-                            });
-                            self.rest(rest_s, &mut out);
-                        }
-                    }
+                    let ([p, v, a], sign) = (stroke.at(at(cycle)), (to - from).signum());
+                    Setpoint::moving(from + sign * p, sign * v, sign * a)
                 }
-                Phase::Swings {
-                    acceleration,
-                    count,
-                } => {
-                    let swing = self.swing(0.5 * short, acceleration, count);
-                    self.sample(swing.duration(), &mut out, |t| swing.at(t));
-                    self.rest(0.0, &mut out);
+                Move::Swing(swing) => {
+                    let [p, v, a] = swing.at(at(cycle));
+                    Setpoint::moving(p, v, a)
                 }
-            }
-        }
-        self.rest(REST_S, &mut out);
+            };
+            out.extend((0..self.cycles_of(&part)).map(setpoint));
+        });
         let start = self.start();
         for setpoint in &mut out {
             setpoint.position += start;
@@ -220,26 +204,54 @@ impl Bounds {
         out
     }
 
-    /// Appends a motion that begins at rest, a setpoint a cycle, up to before its end.
-    fn sample(&self, duration: f64, out: &mut Vec<Setpoint>, at: impl Fn(f64) -> [f64; 3]) {
-        let cycles = (duration / self.cycle_s).ceil() as usize;
-        out.extend((0..cycles).map(|n| {
-            let [p, v, a] = at(n as f64 * self.cycle_s);
-            Setpoint::moving(p, v, a)
-        }));
+    /// Command cycles of a part of the motion: up to before its end, of a rest one at least.
+    fn cycles_of(&self, part: &Move) -> usize {
+        match part {
+            Move::Rest { seconds, .. } => ((seconds / self.cycle_s).round() as usize).max(1),
+            Move::Stroke { stroke, .. } => (stroke.duration() / self.cycle_s).ceil() as usize,
+            Move::Swing(swing) => (swing.duration() / self.cycle_s).ceil() as usize,
+        }
     }
 
-    /// Appends a rest where the last motion ends: a cycle at least.
-    fn rest(&self, seconds: f64, out: &mut Vec<Setpoint>) {
-        let cycles = ((seconds / self.cycle_s).round() as usize).max(1);
-        // motions end where a stroke ends: at its far end or at the start
+    /// Calls `each` with the parts of the motion in their order.
+    fn each_move(&self, mut each: impl FnMut(Move)) {
         let [short, long] = self.lengths();
-        let last = out.last().map_or(0.0, |setpoint| setpoint.position);
-        let end = [0.0, short, long]
-            .into_iter()
-            .min_by(|a, b| (a - last).abs().total_cmp(&(b - last).abs()))
-            .unwrap_or(0.0);
-        out.extend(std::iter::repeat_n(Setpoint::moving(end, 0.0, 0.0), cycles));
+        let rest = |place: f64, seconds: f64| Move::Rest { place, seconds };
+        each(rest(0.0, REST_S));
+        for phase in PHASES {
+            match phase {
+                Phase::Strokes {
+                    long: is_long,
+                    speed,
+                    acceleration,
+                    rest_s,
+                    count,
+                } => {
+                    let length = if is_long { long } else { short };
+                    let speed = self.speed(length, speed);
+                    let stroke = self.stroke(length, speed, acceleration);
+                    for _ in 0..count {
+                        for (from, to) in [(0.0, length), (length, 0.0)] {
+                            each(Move::Stroke {
+                                from,
+                                to,
+                                speed,
+                                stroke,
+                            });
+                            each(rest(to, rest_s));
+                        }
+                    }
+                }
+                Phase::Swings {
+                    acceleration,
+                    count,
+                } => {
+                    each(Move::Swing(self.swing(0.5 * short, acceleration, count)));
+                    each(rest(0.0, 0.0));
+                }
+            }
+        }
+        each(rest(0.0, REST_S));
     }
 
     /// The speed of a stroke: slow enough for the limits, fast enough for the time.
@@ -252,7 +264,7 @@ impl Bounds {
         let limits = &self.limits;
         Stroke::new(
             length,
-            self.speed(length, speed),
+            speed,
             LIMIT_SHARE * acceleration * limits.acceleration,
             LIMIT_SHARE * limits.jerk,
         )

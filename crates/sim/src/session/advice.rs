@@ -2,18 +2,19 @@
 //!
 //! A recommendation is followed on a machine whose gap, friction and stiffness nobody knows to the
 //! last digit. So every method runs as it stands and once more for each quantity that it is told,
-//! told too small and too large ([`Misled`]). The worst of these runs counts:
+//! or remembers, told too small and too large ([`Misled`]). The worst of these runs counts:
 //!
 //! 1. Out is a method that needs what the drive or the control does not have, and one that in any
 //!    of its runs stops the machine, or leaves a larger RMS or a larger peak of the contour error
 //!    than no compensation.
 //! 2. Of the others, those that keep the tolerance in all their runs go first; among equals the
 //!    smaller worst RMS decides, then the smaller worst peak.
-//! 3. A method that has to be told nothing goes before one that is hardly better.
+//! 3. A method that has to be told neither gap nor load goes before one that is hardly better.
 
 use crate::method::Choice;
 use crate::results::{ErrorStats, HARM_UM, MethodResult, MisledResult, Run, Trust};
 use crate::setup::Setup;
+use lostmotion_base::units::number;
 use lostmotion_methods::{Misled, Told, USUAL_SHARE};
 
 /// How near a method that is told nothing has to be to the best, as part of what no compensation
@@ -25,9 +26,13 @@ const NEAR_BEST_SHARE: f64 = 0.05;
 const LESS_WRONG: [f64; 3] = [0.75, 0.5, 0.25];
 
 /// What a method is told wrong in the runs that test it: everything it is told, too small and too
-/// large by a share. Methods that need a scale on the load are shown, not recommended, so they are
-/// not tested.
-pub(crate) fn misled_runs(choices: &[Choice], share: Option<f64>) -> Vec<(usize, Misled)> {
+/// large by a share; where it `remembers`, what it has learned, too. Methods that need a scale on the
+/// load are shown, not recommended, so they are not tested.
+pub(crate) fn misled_runs(
+    choices: &[Choice],
+    share: Option<f64>,
+    remembers: bool,
+) -> Vec<(usize, Misled)> {
     // One method alone is not compared with anything.
     let share = share.unwrap_or(if choices.len() < 2 { 0.0 } else { USUAL_SHARE });
     if share <= 0.0 {
@@ -41,7 +46,8 @@ pub(crate) fn misled_runs(choices: &[Choice], share: Option<f64>) -> Vec<(usize,
         if method.needs_load_scale() {
             continue;
         }
-        for what in Told::ALL.into_iter().filter(|what| method.is_told(*what)) {
+        let told = |what: &Told| method.is_told(*what) || remembers && method.learns();
+        for what in Told::ALL.into_iter().filter(told) {
             for factor in [1.0 - share, 1.0 + share] {
                 runs.push((index, Misled { what, factor }));
             }
@@ -146,7 +152,7 @@ fn candidate(index: usize, result: &MethodResult, choice: &Choice, tolerance_um:
     let all = || std::iter::once(&result.cutting).chain(result.misled.iter().map(|m| &m.cutting));
     let max = all().map(|cutting| cutting.max).fold(0.0, f64::max);
     let told_nothing = match choice {
-        Choice::Registered(method) => !Told::ALL.iter().any(|what| method.is_told(*what)),
+        Choice::Registered(method) => !method.told_gap() && !method.told_load(),
         _ => false,
     };
     Candidate {
@@ -346,15 +352,17 @@ impl MisledResult {
     /// ` if told a gap 30 % too large`.
     fn when(&self) -> String {
         let Misled { what, factor } = self.misled;
-        let percent = (factor - 1.0).abs() * 100.0;
+        // As it was asked for, without what the rounding of the factor adds.
+        let percent = number(((factor - 1.0).abs() * 1e8).round() / 1e6);
         let side = if factor > 1.0 { "large" } else { "small" };
-        format!(" if told a {} {percent:.0} % too {side}", what.name())
+        format!(" if told a {} {percent} % too {side}", what.name())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lostmotion_methods::MethodId;
 
     fn errors(max: f64, rms: f64) -> ErrorStats {
         ErrorStats {
@@ -436,6 +444,32 @@ mod tests {
         let (best, reasons) = told([none(), method("load-feedback", (1.0, 0.1), &[])]);
         assert_eq!(best.as_deref(), Some("none"));
         assert_eq!(reasons[1].as_deref(), Some("scale"));
+    }
+
+    #[test]
+    fn a_method_is_misled_in_all_that_it_is_told_or_remembers() {
+        let runs = |name: &str, remembers| {
+            let choices = [
+                Choice::Registered(MethodId::NONE),
+                Choice::Registered(name.parse().unwrap()),
+            ];
+            let runs = misled_runs(&choices, None, remembers);
+            assert!(runs.iter().all(|(index, _)| *index == 1));
+            runs.len()
+        };
+        for (name, cold, warm) in [
+            ("none", 0, 0),
+            ("fixed", 2, 2),
+            ("lookup", 6, 6),
+            ("adaptive", 2, 6),
+            ("load-feedback", 0, 0),
+        ] {
+            assert_eq!(
+                (runs(name, false), runs(name, true)),
+                (cold, warm),
+                "{name}"
+            );
+        }
     }
 
     #[test]

@@ -60,7 +60,8 @@ pub(crate) fn run(
     audience: &mut Audience<'_>,
 ) -> Result<Run, SimError> {
     let share = setup.options.misled_share;
-    let misled = advice::misled_runs(choices, share);
+    let remembers = setup.options.learned.is_some();
+    let misled = advice::misled_runs(choices, share, remembers);
     let files = checked.files.clone();
     let tally = run::run(setup, choices, &misled, &files, audience)?;
     let mut answer = collect::answer(setup, choices, checked, &tally);

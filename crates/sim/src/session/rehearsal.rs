@@ -96,7 +96,8 @@ impl<'a> Rehearser<'a> {
         memory: &Memory,
         so_far_s: Option<f64>,
     ) -> Option<Rehearsed> {
-        let choice = self.variants.get(variant)?.choice()?;
+        let of = self.variants.get(variant)?;
+        of.choice()?;
         // A load that may float holds the others back until more is known: nothing can be rehearsed.
         let mut gaps = memory.axis.iter().filter(|(name, axis)| {
             let config = self.setup.machine.drive(name);
@@ -106,8 +107,13 @@ impl<'a> Rehearser<'a> {
         if first.1.learned.floats || gaps.any(|(_, axis)| axis.learned.floats) {
             return None;
         }
+        // What they have learned by then is as wrong as it is; a memory that they start from is made so.
+        let believed = match so_far_s {
+            Some(_) => memory.clone(),
+            None => of.remembered(memory),
+        };
         let options = SimulateOptions {
-            learned: Some(Arc::new(memory.clone())),
+            learned: Some(Arc::new(believed)),
             chunk_samples: CHUNK_SAMPLES,
             // What an operator will do is not known.
             interventions: Vec::new(),
@@ -125,27 +131,25 @@ impl<'a> Rehearser<'a> {
         let least_s = so_far_s.map_or(least_s, |so_far_s| (so_far_s + AHEAD_S).min(WHOLE.1[1]));
         let over = (times, [least_s, most_s.max(least_s)]);
         let (whole, parts) = SHARES.split_at(1);
-        let start = self.measure(&setup, choice, whole, &none, &over).ok()?;
+        let start = self.measure(&setup, of, whole, &none, &over).ok()?;
         if let Some(said) = start.no_worse(leeway) {
             return Some(said);
         }
-        let spared = self.sparing(&setup, choice, leeway);
+        let spared = self.sparing(&setup, of, leeway);
         if spared.is_some() {
             return spared;
         }
-        let part = self.measure(&setup, choice, parts, &none, &over).ok()?;
+        let part = self.measure(&setup, of, parts, &none, &over).ok()?;
         Some(part.no_worse(leeway).unwrap_or_else(|| part.nothing()))
     }
 
     /// The whole correction but where the contour would be worse, of a program as far as it is
     /// rehearsed; `None` where that is of no use.
-    fn sparing(&self, setup: &Setup<'_>, choice: &Choice, leeway: Leeway) -> Option<Rehearsed> {
+    fn sparing(&self, setup: &Setup<'_>, of: &Variant<'_>, leeway: Leeway) -> Option<Rehearsed> {
         let period_s = setup.machine.cycles().command().period_s();
         let mut skips = Skips::default();
         for _ in 0..ROUNDS {
-            let measured = self
-                .measure(setup, choice, &SHARES[..1], &skips, &WHOLE)
-                .ok()?;
+            let measured = self.measure(setup, of, &SHARES[..1], &skips, &WHOLE).ok()?;
             if let Some(said) = measured.no_worse(leeway) {
                 return Some(said);
             }
@@ -156,21 +160,23 @@ impl<'a> Rehearser<'a> {
         None
     }
 
-    /// Runs the machine without a correction and with these parts of it, but for some stretches.
+    /// Runs the machine of a variant as its drives have learned it, without a correction and with these
+    /// parts of it, but for some stretches.
     fn measure(
         &self,
         setup: &Setup<'_>,
-        choice: &Choice,
+        of: &Variant<'_>,
         shares: &[f64],
         skips: &Skips,
         &(times, times_s): &(u32, [f64; 2]),
     ) -> Result<Measured, SimError> {
         let none = Choice::Registered(MethodId::NONE);
-        let mut variants = vec![Variant::rehearsed(&none, 0.0, skips)];
+        let corrected = of.choice().unwrap_or(&none);
+        let mut variants = vec![of.rehearsed(&none, 0.0, skips)];
         variants.extend(
             shares
                 .iter()
-                .map(|share| Variant::rehearsed(choice, *share, skips)),
+                .map(|share| of.rehearsed(corrected, *share, skips)),
         );
         let mut stepper = Stepper::new(setup, &variants, self.threads, Kept::default(), None)?;
         let axes = stepper.chunk.outputs.axes().to_vec();

@@ -1,10 +1,11 @@
 //! A variant of the machine: which compensator it has, and what its drives are told.
 
 use super::skips::Skips;
+use crate::machine::Memory;
 use crate::method::Choice;
 use lostmotion_drive::config::{Load, Reflected};
 use lostmotion_drive::{AxisError, AxisRunner, Learned};
-use lostmotion_methods::{AxisConfig, AxisMemory, MethodId, Misled, build_runner};
+use lostmotion_methods::{AxisConfig, AxisMemory, LearnedOn, MethodId, Misled, build_runner};
 
 /// A variant of the machine: its compensator, or the machine without a gap and without one.
 #[derive(Clone, Copy, Debug)]
@@ -35,12 +36,13 @@ impl<'a> Variant<'a> {
         }
     }
 
-    /// The machine as its drives have learned it, with a part of the correction of a compensator, but for
-    /// some stretches.
-    pub(super) fn rehearsed(choice: &'a Choice, part: f64, skips: &'a Skips) -> Variant<'a> {
+    /// The machine as the drives of this one have learned it, with a part of the correction of a
+    /// compensator, but for some stretches.
+    pub(super) fn rehearsed(&self, choice: &'a Choice, part: f64, skips: &'a Skips) -> Variant<'a> {
         Variant {
+            choice: Some(choice),
+            misled: self.misled,
             rehearsed: Some((part, skips)),
-            ..Variant::with_gap(choice)
         }
     }
 
@@ -75,10 +77,25 @@ impl<'a> Variant<'a> {
         let mut config = match (self.choice, self.rehearsed) {
             (None, _) => config.without_gap(),
             (Some(_), None) => config.clone(),
-            (Some(_), Some(_)) => as_learned(config, learned.map(|memory| memory.learned)),
+            (Some(_), Some(_)) => {
+                let told = self.misled.map(|misled| misled.of(config));
+                let told = told.as_ref().unwrap_or(config);
+                return as_learned(told, learned.map(|memory| memory.learned));
+            }
         };
         config.compensation.learned = learned;
         config
+    }
+
+    /// What the drives of this variant believe that are to start from a memory.
+    pub(super) fn remembered(&self, memory: &Memory) -> Memory {
+        let mut memory = memory.clone();
+        if let Some(misled) = self.misled {
+            for axis in memory.axis.values_mut() {
+                axis.learned = misled.remembered(axis.learned);
+            }
+        }
+        memory
     }
 
     /// A drive of this variant, from its description.
@@ -87,7 +104,9 @@ impl<'a> Variant<'a> {
         config: &AxisConfig,
         at: f64,
     ) -> Result<Box<dyn AxisRunner>, AxisError> {
-        match (self.choice, self.misled) {
+        // What is rehearsed is the axis as its drive believes it to be: nothing misleads it there.
+        let misled = self.misled.filter(|_| self.rehearsed.is_none());
+        match (self.choice, misled) {
             (None, _) => build_runner(config, MethodId::NONE, at),
             (Some(choice), None) => choice.runner(config, at),
             (Some(choice), Some(misled)) => choice.misled(config, misled, at),
@@ -95,24 +114,38 @@ impl<'a> Variant<'a> {
     }
 }
 
-/// An axis as its drive has learned it: what it has not is a load as heavy as the motor, without
-/// friction and gap.
-fn as_learned(config: &AxisConfig, learned: Option<Learned>) -> AxisConfig {
-    let told = config.reflected_load();
-    let learned = learned.unwrap_or(Learned {
-        load_inertia_kgm2: config.motor_side_inertia_kgm2(),
+/// An axis as its drive believes it to be: with the load and the gap that it has learned, else with
+/// a load as heavy as the motor, without friction and gap; with the shaft that it is told; and as
+/// plain as can be in all that a drive is not told.
+fn as_learned(told: &AxisConfig, remembered: Option<Learned>) -> AxisConfig {
+    let load = told.reflected_load();
+    let learned = remembered.unwrap_or(Learned {
+        load_inertia_kgm2: told.motor_side_inertia_kgm2(),
         ..Learned::default()
     });
+    let mut compensation = told.compensation.clone();
+    compensation.learned = remembered.map(|learned| AxisMemory {
+        learned,
+        learned_on: LearnedOn::of(told),
+    });
     AxisConfig {
+        compensation,
         load: Load::Reflected(Reflected {
             inertia_kgm2: learned.load_inertia_kgm2,
             viscous_nm_s_per_rad: learned.viscous_nm_s_per_rad,
             coulomb_nm: learned.coulomb_nm,
             constant_nm: learned.constant_nm,
             gap_rad: 2.0 * learned.half_gap_rad,
-            ..told
+            ..load
         }),
+        contact: Default::default(),
+        start_in_gap: Default::default(),
+        friction: Default::default(),
+        flanks: Default::default(),
+        ripple: Default::default(),
+        gravity: None,
+        scale: Default::default(),
         drift: Default::default(),
-        ..config.clone()
+        ..told.clone()
     }
 }

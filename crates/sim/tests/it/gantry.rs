@@ -280,3 +280,19 @@ fn what_makes_no_beam_is_refused() {
     let beam = "second_gap_um = 25.0\n[gantry.beam]\nstiffness_n_per_um = 1e7\n";
     assert!(refused("second_gap_um = 25.0\n", beam).contains("gantry.beam.stiffness_n_per_um"));
 }
+
+/// The second motor's load touches the far flank where the beam brakes, comes back, and rests between its
+/// flanks for a second: met there, its gap was read four times as wide as it is, and the beam thrown.
+#[test]
+fn a_load_that_rests_between_its_flanks_is_not_thrown() {
+    let square = "G1 X10\nY10\nX0\nY0\n".repeat(4);
+    let text = format!("G21 G90 G61\nG0 Z5\nG0 X0 Y0\nG1 Z-1 F500\nF2000\n{square}G0 Z5\nM2\n");
+    let program = Program::from_str("square.ngc", text);
+    let machine = Machine::preset("gantry3").unwrap();
+    let run = Simulation::new(&program, &machine)
+        .methods(["none", "adaptive"])
+        .run()
+        .unwrap();
+    let [none, adaptive] = [0, 1].map(|index: usize| run.results[index].cutting);
+    assert!(adaptive.max < none.max && adaptive.rms < 0.5 * none.rms);
+}

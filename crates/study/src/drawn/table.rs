@@ -72,8 +72,8 @@ fn spread(sorted: &[f64]) -> String {
 /// then the cells by name.
 pub fn markdown(results: &[DrawnResult], what: &str) -> String {
     let mut out = format!(
-        "{} cells, {what}\n\nAll over `none`; median, 95 % and the largest of the cells. Warm: the axes were commissioned for a minute each and start from what they learned. Worse: cells whose contour error is larger than with `none` (RMS 2 %, maximum 2 % and 0.5 um).\n\n",
-        results.len()
+        "{}, {what}\n\nAll over `none`; median, 95 % and the largest of the cells. Warm: the axes were commissioned for a minute each and start from what they learned. Worse: cells whose contour error is larger than with `none` (RMS 2 %, maximum 2 % and 0.5 um).\n\n",
+        count_of(results.len())
     );
     out.push_str("| method | backlash RMS | p95 | worst | second half | p95 | worst | backlash max | p95 | worst | contour RMS | p95 | worst | contour max | p95 | worst | worse | worse if told wrong |\n|---");
     out.push_str(&"|--:".repeat(17));
@@ -231,11 +231,16 @@ fn recommended(results: &[DrawnResult]) -> String {
         format!(": {}", worse.join(", "))
     };
     format!(
-        "Recommended: contour RMS {} of that of `none` in the median, {} at worst; worse than `none` in {} cells{named}.",
+        "Recommended: contour RMS {} of that of `none` in the median, {} at worst; worse than `none` in {}{named}.",
         percent(at(&shares, 0.5)),
         percent(at(&shares, 1.0)),
-        worse.len()
+        count_of(worse.len())
     )
+}
+
+/// A number of cells in words.
+fn count_of(cells: usize) -> String {
+    format!("{cells} {}", if cells == 1 { "cell" } else { "cells" })
 }
 
 /// One row a cell: what it is, what `none` leaves, and the ratio of each method.
