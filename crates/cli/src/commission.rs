@@ -243,6 +243,11 @@ pub(crate) fn run(args: &Commission, quiet: bool) -> Result<u8, Failure> {
 
 /// Refuses a motion that takes longer than somebody waits who did not ask for it.
 fn refuse_long(machine: &Machine, drives: &[String], at_most_s: f64) -> Result<(), Failure> {
+    if !(0.0..).contains(&at_most_s) {
+        return Err(Failure::message(format!(
+            "--at-most is {at_most_s}; it has to be 0 s or more"
+        )));
+    }
     for drive in drives {
         let Some(bounds) = commission::bounds(machine, drive) else {
             continue;

@@ -242,6 +242,13 @@ fn what_cannot_be_learned_from_is_refused_with_place_value_and_hint() {
             "at 0.5 mm/s",
         ],
     );
+    for wrong in ["nan", "-1"] {
+        let at_most = format!("--at-most={wrong}");
+        bench.refuses(
+            &["axis", "commission", "vmc3:x", &at_most],
+            &["--at-most is", "it has to be 0 s or more"],
+        );
+    }
     bench.refuses(
         &["axis", "commission", "vmc3-worn:q"],
         &["has no axis \"q\"", "x, y, z"],

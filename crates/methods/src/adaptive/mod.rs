@@ -333,6 +333,8 @@ impl Adaptive {
         // A load that touched the far flank, came back and rested was met elsewhere in the end: the contact
         // that tells the gap may be among long samples.
         let hidden = said.wavered && state.read.hides();
+        // what was off its flank during the warm-up shows another load
+        let settled = !state.read.unsettled;
         state.read.clear();
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
@@ -359,7 +361,12 @@ impl Adaptive {
             );
         }
         // what explains a crossing so well knows the load behind it, too
-        if said.misfit < CLEAR_MISFIT && said.evidence > CLEAR_EVIDENCE && sharp && !hidden {
+        if said.misfit < CLEAR_MISFIT
+            && said.evidence > CLEAR_EVIDENCE
+            && sharp
+            && !hidden
+            && settled
+        {
             let agrees = state.gap.count > 0
                 && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
             state

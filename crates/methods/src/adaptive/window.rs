@@ -9,6 +9,7 @@
 //! it does, so that a rest leaves room for what came before it: a load that came to rest between its
 //! flanks may have touched one.
 
+use super::lanes::WARM_UP;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -90,6 +91,9 @@ pub(super) struct Window {
     pub(super) torque: f64,
     /// Whether the load stood at the start.
     pub(super) stands: bool,
+    /// Whether the motor pulled the load off that flank at times during the warm-up, in which a reading
+    /// takes it to lie there: it tells the gap then, but not the load.
+    pub(super) unsettled: bool,
     /// Whether the flank that should carry the load changed again before it did.
     pub(super) wavered: bool,
     /// Before the crossing and the way between; with `close` all of it.
@@ -122,6 +126,13 @@ impl Window {
         };
         self.clear();
         (self.side, self.torque, self.stands) = (side, late.seen, first.stands);
+        let later = recent.ticks.iter().skip(OBSERVER_LAG_TICKS);
+        self.unsettled = recent
+            .ticks
+            .iter()
+            .zip(later)
+            .take(WARM_UP)
+            .any(|(tick, late)| !tick.stands && late.seen * f64::from(side) < 0.0);
         self.stride = 1;
         self.samples
             .extend(recent.ticks.iter().map(|tick| tick.sample));
@@ -305,5 +316,29 @@ mod tests {
         }
         // a motor that moves all the time leaves no room
         assert!(window(100, 4000, 1e-4).hides());
+    }
+
+    #[test]
+    fn a_flank_that_was_pulled_off_during_the_warm_up_is_not_settled() {
+        let begun = |pulled: std::ops::Range<usize>, stands: bool| {
+            let mut recent = Recent::default();
+            for tick in 0..TICKS_BEFORE {
+                recent.push(Tick {
+                    seen: if pulled.contains(&tick) { -0.1 } else { 0.1 },
+                    stands,
+                    ..Tick::default()
+                });
+            }
+            let mut window = Window::default();
+            assert!(window.begin(&recent, 1));
+            window.unsettled
+        };
+        assert!(!begun(0..0, false));
+        assert!(begun(60..70, false));
+        // the observer lags: what it shows first went before, what it shows last is the crossing itself
+        assert!(!begun(0..OBSERVER_LAG_TICKS, false));
+        assert!(!begun(WARM_UP + OBSERVER_LAG_TICKS..TICKS_BEFORE, false));
+        // a load at rest lies where friction holds it, whatever its shaft carries
+        assert!(!begun(60..70, true));
     }
 }
