@@ -484,10 +484,10 @@ impl Conditioner {
         if let Some(last) = self.section.last().filter(|last| to < last.length) {
             curve.push(PathStep::Piece(Arc::new(last.part(to, last.length))));
         }
-        if found.speeds.is_empty() {
-            judge.time_s(&curve)
-        } else {
+        if found.has_motion() {
             judge.ideal_s(&curve)
+        } else {
+            judge.time_s(&curve)
         }
     }
 }

@@ -17,8 +17,9 @@ const MOST_STEPS: f64 = 1e8;
 /// Finest steps of a part that is worth it. A choice: some intervals to either side of one that is
 /// free; shorter parts have little to gain.
 const LEAST_STEPS: usize = 18;
-/// Part of a cap from which on it counts as met. A choice: what is missing is worth less than the
-/// least gain asked for.
+/// Part of a cap from which on it counts as met, where the speed changes by no more than the rest over a
+/// usual step: the cap follows the parameter of a curve, which goes as the length does but for parts in
+/// 10,000. A choice: what is missing is worth less than the least gain asked for.
 const CAP_MET: f64 = 0.9995;
 
 /// Part of a motion, in time.
@@ -51,8 +52,9 @@ fn kind(
     PathState { s, v, a }: PathState,
     next: f64,
     intervals: &mut std::slice::Iter<'_, Interval>,
-    step_s: f64,
+    steps: &Steps,
 ) -> Kind {
+    let step_s = steps.finest_s;
     while intervals
         .as_slice()
         .get(1)
@@ -63,8 +65,7 @@ fn kind(
     // So slow that the acceleration could take the speed away within a step.
     if v <= a.abs().max(next.abs()).max((next - a).abs()) * step_s {
         Kind::Slow
-    } else if a == 0.0
-        && next == 0.0
+    } else if a.abs().max(next.abs()) * steps.usual_s <= (1.0 - CAP_MET) * v
         && intervals
             .as_slice()
             .first()
@@ -111,7 +112,7 @@ pub(super) fn spans(
     let mut now = state_at(base, 0.0);
     let later = states(base, (1..count + 2).map(|k| k as f64 * step_s));
     for (k, next) in later.enumerate() {
-        match kind(now, next.a, &mut intervals, step_s) {
+        match kind(now, next.a, &mut intervals, steps) {
             Kind::Free => add(&mut free, k.saturating_sub(beside)..k + beside + 1),
             Kind::Slow => add(&mut slow, k.saturating_sub(SLOW_STEPS)..k + SLOW_STEPS + 1),
             Kind::Steady => {}

@@ -51,6 +51,35 @@ fn what_commissioning_taught_is_in_force_from_the_first_block_on() {
     assert_eq!(rms(&empty, 1).to_bits(), rms(&cold, 1).to_bits());
 }
 
+/// A small circle of two motors that both carry the head, turned four times as fast as they let it: a
+/// crossing begins before the one before is over. (Record 125 of the decisions.)
+#[test]
+fn a_crossing_that_begins_in_another_one_does_no_harm() {
+    let lap = "G0 Z5\nG0 X5 Y0\nG1 Z-1 F300\nG3 I-5 F3000\n".repeat(4);
+    let text = format!("G21 G90 G17\nG64 P0.01\n{lap}G0 Z5\nM2\n");
+    let program = Program::from_str("laps.ngc", &text);
+    let machine = Machine::preset("corexy").unwrap();
+    let run = Simulation::new(&program, &machine)
+        .methods(["none", "adaptive"])
+        .run()
+        .unwrap();
+    let [none, adaptive] = [0, 1].map(|index: usize| run.results[index].cutting);
+    assert!(
+        adaptive.max <= 1.02 * none.max + 0.5,
+        "{} {}",
+        adaptive.max,
+        none.max
+    );
+    assert!(
+        adaptive.rms <= 1.02 * none.rms,
+        "{} {}",
+        adaptive.rms,
+        none.rms
+    );
+    // and it helps
+    assert!(run.results[1].backlash.rms < run.results[0].backlash.rms);
+}
+
 #[test]
 fn a_file_comes_back_to_the_bit_and_says_where_it_is_wrong() {
     let (machine, memory) = worn();

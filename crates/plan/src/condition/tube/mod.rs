@@ -19,6 +19,7 @@ use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
 use paced::Paced;
 use spline::Breaks;
+use std::ops::Range;
 pub(crate) use swing::LinearJoint;
 pub(super) use way::Way;
 
@@ -102,9 +103,9 @@ pub(super) struct Found {
     pub(super) ends: Vec<HermiteEnd>,
     /// Line and parameter on it at the end of each piece.
     pub(super) places: Vec<(usize, f64)>,
-    /// Speed at both ends of each piece of the motion as which it was found, mm/s; none where that was
-    /// at a steady pace.
-    pub(super) speeds: Vec<f64>,
+    /// By piece, the speed at both ends of the motion as which it was found, mm/s; none where that was at
+    /// a steady pace.
+    pub(super) speeds: Vec<Option<[f64; 2]>>,
 }
 
 impl Found {
@@ -118,18 +119,30 @@ impl Found {
         norm(along(d2, d1, -dot(d1, d2) / square)) / square
     }
 
+    /// Whether some of it was found as a motion.
+    pub(super) fn has_motion(&self) -> bool {
+        self.speeds.iter().any(Option::is_some)
+    }
+
     /// Its pieces; those of a motion straight, with its speeds as feeds.
     pub(super) fn straightened(&self) -> impl Iterator<Item = Piece> {
-        self.pieces.iter().enumerate().map(|(k, piece)| {
-            let Some([from, to]) = self.speeds.get(k..k + 2) else {
-                return piece.clone();
-            };
-            Piece {
+        let pieces = self.pieces.iter().zip(&self.speeds);
+        pieces.map(|(piece, speeds)| match speeds {
+            None => piece.clone(),
+            Some([from, to]) => Piece {
                 feed: piece.feed.min(from.max(*to)),
                 curve: Curve::line(piece.curve.start(), piece.curve.end()),
                 ..piece.clone()
-            }
+            },
         })
+    }
+
+    /// Puts a motion in the place of some of its pieces.
+    fn replace(&mut self, pieces: Range<usize>, motion: Found) {
+        self.pieces.splice(pieces.clone(), motion.pieces);
+        self.ends.splice(pieces.clone(), motion.ends);
+        self.places.splice(pieces.clone(), motion.places);
+        self.speeds.splice(pieces, motion.speeds);
     }
 }
 
@@ -139,7 +152,8 @@ struct Steady {
     /// `None` where it could not be proven: it may still lead to one that can.
     found: Option<Found>,
     breaks: Breaks,
-    coefficients: Vec<Vec3>,
+    /// Its states at the breaks, by the length.
+    states: Vec<HermiteEnd>,
 }
 
 /// How many pieces the curve along a way will have; 0 where there will be none.
@@ -151,14 +165,54 @@ pub(super) fn pieces(way: &Way<'_>, ties: [Tie; 2]) -> usize {
 /// The curve along a way: the fastest one that is found, or the smoothest one; `None` where none can
 /// be proven.
 pub(super) fn curve(way: &Way<'_>, ties: [Tie; 2], joints: &[LinearJoint]) -> Option<Found> {
-    let steady = steady(way, ties)?;
-    let start = (&steady.breaks, steady.coefficients.as_slice());
-    swing::curve(way, ties, start, joints, steady.found.is_some())
-        .and_then(|(paced, speeds)| {
-            let found = assembled(&paced.way, &paced.breaks, &paced.states)?;
-            Some(Found { speeds, ..found })
+    let Steady {
+        found,
+        breaks,
+        states,
+    } = steady(way, ties)?;
+    let motion = |way: &Way<'_>, ties, start: (&Breaks, &[HermiteEnd]), is_proven| {
+        let (paced, speeds) = swing::curve(way, ties, start, joints, is_proven)?;
+        let found = assembled(&paced.way, &paced.breaks, &paced.states)?;
+        let speeds = speeds.windows(2).map(|pair| Some([pair[0], pair[1]]));
+        Some(Found {
+            speeds: speeds.collect(),
+            ..found
         })
-        .or(steady.found)
+    };
+    let Some(mut found) = found else {
+        return motion(way, ties, (&breaks, &states), false);
+    };
+    // From the last one, so that the places of those before it stay.
+    let busy = swing::busy(way, (&breaks, &states), joints);
+    for stretch in busy.into_iter().rev() {
+        let Range { start, end } = stretch;
+        if stretch.len() == breaks.intervals() {
+            if let Some(motion) = motion(way, ties, (&breaks, &states), true) {
+                found = motion;
+            }
+            continue;
+        }
+        // It begins and ends as the steady curve goes on.
+        let under = |k: usize| Some(*found.places.get(k.checked_sub(1)?)?);
+        let part = way.part([breaks.0[start], breaks.0[end]], [under(start), under(end)]);
+        let inner = |k: usize| Tie::State(found.ends[k - 1]);
+        let from = if start == 0 { ties[0] } else { inner(start) };
+        let to = if end == breaks.intervals() {
+            ties[1]
+        } else {
+            inner(end)
+        };
+        let of_part = Breaks(
+            breaks.0[start..=end]
+                .iter()
+                .map(|w| w - breaks.0[start])
+                .collect(),
+        );
+        if let Some(motion) = motion(&part, [from, to], (&of_part, &states[start..=end]), true) {
+            found.replace(stretch, motion);
+        }
+    }
+    Some(found)
 }
 
 /// The smoothest curve along a way; `None` where it is too short to have any.
@@ -225,10 +279,11 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
             Site::new(&breaks, k, w, way.vertex(vertex), radius)
         });
     }
+    let states = breaks.states(&coefficients);
     Some(Steady {
         found,
         breaks,
-        coefficients,
+        states,
     })
 }
 
@@ -504,7 +559,7 @@ fn assembled(way: &Way<'_>, breaks: &Breaks, states: &[HermiteEnd]) -> Option<Fo
         pieces: Vec::with_capacity(count),
         ends: states[1..].to_vec(),
         places: Vec::with_capacity(count),
-        speeds: Vec::new(),
+        speeds: vec![None; count],
     };
     let mut leg = 0;
     for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {

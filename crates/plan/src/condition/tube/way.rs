@@ -127,6 +127,54 @@ impl<'a> Way<'a> {
         })
     }
 
+    /// The way between two parameters, each with the move under it there and the parameter on that
+    /// where they are known; its own parameter begins at 0.
+    pub(super) fn part(
+        &self,
+        [start, end]: [f64; 2],
+        [from, to]: [Option<(usize, f64)>; 2],
+    ) -> Way<'a> {
+        let first = self.at(start);
+        let last = self
+            .w
+            .partition_point(|w| *w < end)
+            .clamp(first + 1, self.legs.len())
+            - 1;
+        let mut legs = self.legs[first..=last].to_vec();
+        let on = |leg: &TubeLeg, given: Option<(usize, f64)>| {
+            let (line, at) = given?;
+            (line == leg.line).then(|| at.clamp(leg.from, leg.to))
+        };
+        let count = legs.len();
+        if let Some(from) = on(&legs[0], from) {
+            legs[0].from = from;
+        }
+        if let Some(to) = on(&legs[count - 1], to) {
+            legs[count - 1].to = to;
+        }
+        let mut vertices = self.vertices[first..=last + 1].to_vec();
+        let on_line = |leg: &TubeLeg, at: f64| self.lines[leg.line].curve.point(at).linear();
+        vertices[0] = on_line(&legs[0], legs[0].from);
+        vertices[count] = on_line(&legs[count - 1], legs[count - 1].to);
+        let mut w: Vec<f64> = self.w[first..=last + 1]
+            .iter()
+            .map(|w| w.clamp(start, end) - start)
+            .collect();
+        (w[0], w[count]) = (0.0, end - start);
+        let inner = self.kept.iter().filter(|k| (first + 1..=last).contains(k));
+        let mut kept = vec![0];
+        kept.extend(inner.map(|k| k - first));
+        kept.push(count);
+        Way {
+            lines: self.lines,
+            legs,
+            vertices,
+            w,
+            kept,
+            tolerances: self.tolerances[first..=last].to_vec(),
+        }
+    }
+
     pub(super) fn legs(&self) -> usize {
         self.legs.len()
     }

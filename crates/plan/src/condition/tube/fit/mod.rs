@@ -123,6 +123,8 @@ pub(super) struct Fit<'a, B> {
     bending: B,
     /// Coefficients that may move; the others are given.
     free: Range<usize>,
+    /// Factor on the gap and on the last change at which the steps end.
+    rough: f64,
     rails: Vec<Rail>,
     /// The third derivative on each interval as weights of its coefficients.
     thirds: Vec<[f64; ORDER]>,
@@ -136,6 +138,7 @@ impl<B: Bending> Fit<'_, B> {
             breaks,
             bending,
             free,
+            rough: 1.0,
             rails: Vec::new(),
             thirds: (0..breaks.intervals()).map(|k| breaks.third(k)).collect(),
             seconds: (0..breaks.intervals())
@@ -143,6 +146,11 @@ impl<B: Bending> Fit<'_, B> {
                 .map(|k| breaks.second(k))
                 .collect(),
         }
+    }
+
+    /// Ends its steps earlier, by a factor: for what another fit goes on from.
+    pub(super) fn roughly(self, rough: f64) -> Self {
+        Fit { rough, ..self }
     }
 
     pub(super) fn on_rails(self, rails: Vec<Rail>) -> Self {
@@ -197,8 +205,8 @@ impl<B: Bending> Fit<'_, B> {
                 farthest = farthest.max(dot(*off, site.counted(off)) / site.square());
             }
             let gap = sum / all;
-            let settled = B::IS_SQUARE || changed <= SETTLED_PART * all * last_length;
-            if gap <= GAP_PART && farthest <= KEPT_SQUARE && settled {
+            let settled = B::IS_SQUARE || changed <= self.rough * SETTLED_PART * all * last_length;
+            if gap <= self.rough * GAP_PART && farthest <= KEPT_SQUARE && settled {
                 return true;
             }
             // The gap closes no faster than the steps get on.

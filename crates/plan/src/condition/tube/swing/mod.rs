@@ -5,10 +5,11 @@
 //! power of every joint's jerk, in units of its limit, is made least inside the tube, where the curve
 //! may also slide along its lines; then each stretch is given more time where that is worth more, and
 //! the motion is found again. What is left of it is its shape and its parameter: the plan gives it the
-//! time.
+//! time. It is looked for where the steady curve is slower than the feed ([`slow`]).
 
 mod jerks;
 mod passage;
+mod slow;
 mod times;
 
 use super::fit::{Fit, Rail, Site};
@@ -20,6 +21,8 @@ use jerks::Jerks;
 use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_path::HermiteEnd;
+pub(super) use slow::busy;
+use slow::{Slowness, paced};
 
 /// How long the steady curve takes, s.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +54,13 @@ const MAX_INTERVALS: usize = 2048;
 /// Least time, as a part of that which the feed alone takes, from which on a motion is looked for. A
 /// choice: a plan is that near to its feed anyway.
 const LEAST_OVER_FEED: f64 = 1.04;
-/// Half of the powers with which it is found at last, each from the one before: the higher the power, the
-/// nearer the largest jerk is to the mean, and the fewer the steps of Newton's method that are too
-/// long. A choice.
-const HALF_POWERS: [u32; 3] = [3, 4, 6];
+/// How roughly a motion is found that another one goes on from. A choice: with less the fits take a tenth
+/// longer, and no time changes by more than 0.5 %.
+const ROUGH: f64 = 3.0;
+/// Half of the powers with which it is found at last, each from the one before, and how roughly: the
+/// higher the power, the nearer the largest jerk is to the mean, and the fewer the steps of Newton's
+/// method that are too long. A choice.
+const HALF_POWERS: [(u32, f64); 3] = [(3, ROUGH), (4, ROUGH), (6, 1.0)];
 /// Half of the power with which the times are found before.
 const TIMED_HALF_POWER: u32 = 2;
 /// How often the times are set anew. A choice: a third time changes no time by more than 0.5 %.
@@ -89,7 +95,7 @@ struct Motion<'a, 'b> {
 pub(super) fn curve<'a>(
     way: &Way<'a>,
     ties: [Tie; 2],
-    steady: (&Breaks, &[Vec3]),
+    steady: (&Breaks, &[HermiteEnd]),
     joints: &[LinearJoint],
     is_proven: bool,
 ) -> Option<(Paced<'a>, Vec<f64>)> {
@@ -98,22 +104,28 @@ pub(super) fn curve<'a>(
     if is_proven && steady.paced_s < LEAST_OVER_FEED * steady.fed_s {
         return None;
     }
+    let is_slow =
+        |motion: &Motion<'_, '_>| is_proven && motion.needed_s() > MOST_PART * steady.paced_s;
     let mut sites = motion.sites();
-    motion.solve(&mut sites);
+    motion.solve(&mut sites, ROUGH);
     for _ in 0..RETIMINGS {
         motion.pass();
         motion.retime(&sites);
         sites = motion.sites();
-        motion.solve(&mut sites);
+        motion.solve(&mut sites, ROUGH);
     }
-    for half_power in HALF_POWERS {
+    // A motion that needs too long then needs no less with a higher power.
+    if is_slow(&motion) {
+        return None;
+    }
+    for (half_power, rough) in HALF_POWERS {
         motion.jerks.half_power = half_power;
         // What was found may pass the places at other times.
         motion.pass();
         sites = motion.sites();
-        motion.solve(&mut sites);
+        motion.solve(&mut sites, rough);
     }
-    if is_proven && motion.needed_s() > MOST_PART * steady.paced_s {
+    if is_slow(&motion) {
         return None;
     }
     motion.pass();
@@ -137,7 +149,7 @@ pub(super) fn curve<'a>(
             )
             .sliding(motion.directions[vertex])
         });
-        if !motion.solve(&mut sites) {
+        if !motion.solve(&mut sites, 1.0) {
             return None;
         }
         motion.pass();
@@ -150,33 +162,25 @@ impl<'a, 'b> Motion<'a, 'b> {
     fn new(
         way: &'b Way<'a>,
         ties: [Tie; 2],
-        (breaks, coefficients): (&Breaks, &[Vec3]),
+        (breaks, states): (&Breaks, &[HermiteEnd]),
         joints: &'b [LinearJoint],
     ) -> Option<(Motion<'a, 'b>, SteadyTimes)> {
-        let states = breaks.states(coefficients);
-        let mut fed_s = 0.0;
-        let (mut paced, mut hurried) = (Vec::new(), Vec::new());
-        for (w, ends) in breaks.0.windows(2).zip(states.windows(2)) {
-            let feed = way.feed(0.5 * (w[0] + w[1]));
-            fed_s += (w[1] - w[0]) * norm(ends[0].d1.linear()) / feed;
-            let slowness = Slowness::new(joints, feed, ends, w[1] - w[0]);
-            paced.push(slowness.limits.max(slowness.jerk));
-            hurried.push(slowness.limits.max(HURRY * slowness.jerk));
-        }
-        let [paced, hurried] = [paced, hurried].map(|slowness| {
+        let slowness = Slowness::along(way, (breaks, states), joints);
+        let ends = |slowness: &[f64]| {
             let mut times = vec![0.0];
             let mut time = 0.0;
-            for (w, slowness) in breaks.0.windows(2).zip(averaged(&largest(&slowness, 2), 2)) {
+            for (w, slowness) in breaks.0.windows(2).zip(slowness) {
                 time += (w[1] - w[0]) * slowness;
                 times.push(time);
             }
             (time, times)
-        });
-        let (time, times) = hurried;
-        let steady = SteadyTimes {
-            paced_s: paced.0,
-            fed_s,
         };
+        let fed: Vec<f64> = slowness.iter().map(|slowness| slowness.fed).collect();
+        let steady = SteadyTimes {
+            paced_s: ends(&paced(&slowness, 1.0, true)).0,
+            fed_s: ends(&fed).0,
+        };
+        let (time, times) = ends(&paced(&slowness, HURRY, true));
         let jerk = joints
             .iter()
             .map(|joint| norm(joint.per_mm) / joint.jerk)
@@ -188,7 +192,7 @@ impl<'a, 'b> Motion<'a, 'b> {
         }
         let count = count as usize;
         let by_time = Breaks::even(time, count);
-        let sampled = transferred(&states, breaks, &times, &by_time);
+        let sampled = transferred(states, breaks, &times, &by_time);
         let passed = (0..=way.legs())
             .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))
             .collect();
@@ -235,10 +239,12 @@ impl<'a, 'b> Motion<'a, 'b> {
     }
 
     /// Finds the motion inside the tube; returns whether it settled.
-    fn solve(&mut self, sites: &mut [Site]) -> bool {
+    fn solve(&mut self, sites: &mut [Site], rough: f64) -> bool {
         let count = self.coefficients.len();
         let rails = self.rails();
-        let fit = Fit::new(&self.breaks, &self.jerks, 1..count - 1).on_rails(rails);
+        let fit = Fit::new(&self.breaks, &self.jerks, 1..count - 1)
+            .on_rails(rails)
+            .roughly(rough);
         let settled = fit.solve(&mut self.coefficients, sites);
         // Onto the rays, along which the curvature depends on how fast it begins.
         for rail in self.rails() {
@@ -308,35 +314,6 @@ fn transferred(states: &[HermiteEnd], breaks: &Breaks, times: &[f64], to: &Break
     coefficients[0] = states[0].p.linear();
     coefficients[count - 1] = states[breaks.intervals()].p.linear();
     coefficients
-}
-
-/// The time that an interval takes at least, for its width.
-#[derive(Clone, Copy, Debug)]
-struct Slowness {
-    /// At the feed and the limits of speed and acceleration.
-    limits: f64,
-    /// At the limits of jerk.
-    jerk: f64,
-}
-
-impl Slowness {
-    fn new(joints: &[LinearJoint], feed: f64, ends: &[HermiteEnd], width: f64) -> Slowness {
-        let [from, to] = [0, 1].map(|k| (ends[k].d1.linear(), ends[k].d2.linear()));
-        let third = scale(sub(to.1, from.1), 1.0 / width);
-        let mut slowness = Slowness {
-            limits: norm(from.0).max(norm(to.0)) / feed,
-            jerk: 0.0,
-        };
-        for joint in joints {
-            let of = |vector: Vec3| dot(joint.per_mm, vector).abs();
-            slowness.limits = slowness
-                .limits
-                .max(of(from.0).max(of(to.0)) / joint.velocity)
-                .max((of(from.1).max(of(to.1)) / joint.acceleration).sqrt());
-            slowness.jerk = slowness.jerk.max(math::cbrt(of(third) / joint.jerk));
-        }
-        slowness
-    }
 }
 
 /// The largest of the values around each.

@@ -205,12 +205,12 @@ mod tests {
         let ties = [Tie::Place, Tie::Place];
         let steady = steady(&way, ties).unwrap();
         let start = || {
-            let from = (&steady.breaks, steady.coefficients.as_slice());
+            let from = (&steady.breaks, steady.states.as_slice());
             Motion::new(&way, ties, from, &joints).unwrap().0
         };
         let mut motion = start();
         let mut sites = motion.sites();
-        assert!(motion.solve(&mut sites));
+        assert!(motion.solve(&mut sites, 1.0));
         let sum = |motion: &Motion<'_, '_>, of: fn([f64; 2], f64) -> f64| -> f64 {
             (0..motion.breaks.intervals())
                 .map(|k| motion.width(k) * of(motion.powers(k), motion.power()))
@@ -238,7 +238,7 @@ mod tests {
                 other.coefficients = transferred(&states, &motion.breaks, &times, &next);
                 other.breaks = next;
                 let mut sites = other.sites();
-                assert!(other.solve(&mut sites));
+                assert!(other.solve(&mut sites, 1.0));
                 sum(&other, |[jerk, acceleration], _| jerk + acceleration)
             };
             let step = 0.01 * (to - from);
