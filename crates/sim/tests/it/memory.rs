@@ -51,8 +51,8 @@ fn what_commissioning_taught_is_in_force_from_the_first_block_on() {
     assert_eq!(rms(&empty, 1).to_bits(), rms(&cold, 1).to_bits());
 }
 
-/// A small circle of two motors that both carry the head, turned four times as fast as they let it: a
-/// crossing begins before the one before is over. (Record 125 of the decisions.)
+/// A small fast circle, four times over, of two motors that both carry the head: a crossing begins before
+/// the one before is over. (Record 125 of the decisions.)
 #[test]
 fn a_crossing_that_begins_in_another_one_does_no_harm() {
     let lap = "G0 Z5\nG0 X5 Y0\nG1 Z-1 F300\nG3 I-5 F3000\n".repeat(4);
