@@ -22,7 +22,7 @@ use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_path::HermiteEnd;
 pub(super) use slow::busy;
-use slow::{Slowness, paced};
+use slow::{Slowness, fed, paced, passed_s};
 
 /// How long the steady curve takes, s.
 #[derive(Clone, Copy, Debug)]
@@ -104,8 +104,8 @@ pub(super) fn curve<'a>(
     if is_proven && steady.paced_s < LEAST_OVER_FEED * steady.fed_s {
         return None;
     }
-    let is_slow =
-        |motion: &Motion<'_, '_>| is_proven && motion.needed_s() > MOST_PART * steady.paced_s;
+    let needs_over =
+        |motion: &Motion<'_, '_>, part| is_proven && motion.needed_s() > part * steady.paced_s;
     let mut sites = motion.sites();
     motion.solve(&mut sites, ROUGH);
     for _ in 0..RETIMINGS {
@@ -114,8 +114,8 @@ pub(super) fn curve<'a>(
         sites = motion.sites();
         motion.solve(&mut sites, ROUGH);
     }
-    // A motion that needs too long then needs no less with a higher power.
-    if is_slow(&motion) {
+    // With higher powers some need some hundredths less, most of them with the first one.
+    if needs_over(&motion, 1.0) {
         return None;
     }
     for (half_power, rough) in HALF_POWERS {
@@ -124,9 +124,9 @@ pub(super) fn curve<'a>(
         motion.pass();
         sites = motion.sites();
         motion.solve(&mut sites, rough);
-    }
-    if is_slow(&motion) {
-        return None;
+        if needs_over(&motion, MOST_PART) {
+            return None;
+        }
     }
     motion.pass();
     for round in 0..MAX_NARROWINGS {
@@ -166,21 +166,12 @@ impl<'a, 'b> Motion<'a, 'b> {
         joints: &'b [LinearJoint],
     ) -> Option<(Motion<'a, 'b>, SteadyTimes)> {
         let slowness = Slowness::along(way, (breaks, states), joints);
-        let ends = |slowness: &[f64]| {
-            let mut times = vec![0.0];
-            let mut time = 0.0;
-            for (w, slowness) in breaks.0.windows(2).zip(slowness) {
-                time += (w[1] - w[0]) * slowness;
-                times.push(time);
-            }
-            (time, times)
-        };
-        let fed: Vec<f64> = slowness.iter().map(|slowness| slowness.fed).collect();
+        let last = breaks.intervals();
         let steady = SteadyTimes {
-            paced_s: ends(&paced(&slowness, 1.0, true)).0,
-            fed_s: ends(&fed).0,
+            paced_s: passed_s(breaks, &paced(&slowness, 1.0, true))[last],
+            fed_s: passed_s(breaks, &fed(&slowness))[last],
         };
-        let (time, times) = ends(&paced(&slowness, HURRY, true));
+        let times = passed_s(breaks, &paced(&slowness, HURRY, true));
         let jerk = joints
             .iter()
             .map(|joint| norm(joint.per_mm) / joint.jerk)
@@ -191,7 +182,7 @@ impl<'a, 'b> Motion<'a, 'b> {
             return None;
         }
         let count = count as usize;
-        let by_time = Breaks::even(time, count);
+        let by_time = Breaks::even(times[last], count);
         let sampled = transferred(states, breaks, &times, &by_time);
         let passed = (0..=way.legs())
             .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))

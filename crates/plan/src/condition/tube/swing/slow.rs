@@ -1,6 +1,6 @@
 //! Where a steady curve is slower than its feed, and by how much.
 
-use super::{LinearJoint, averaged, largest};
+use super::{LEAST_OVER_FEED, LinearJoint, averaged, largest};
 use crate::condition::tube::spline::Breaks;
 use crate::condition::tube::way::Way;
 use lostmotion_base::math;
@@ -17,7 +17,9 @@ const OVER_FEED: f64 = 1.01;
 const AROUND_PART: f64 = 0.5;
 
 /// Where a steady curve is slower than its feed, by intervals, with as much around it as the motion takes
-/// to get slower and faster: what lies between needs no motion.
+/// to get slower and faster: what lies between needs no motion. All of it where none is slow by itself, but
+/// its parameter wavers: it follows lines not much longer than the tube is wide, and a motion, which
+/// slides along them, finds a shorter way.
 pub(in crate::condition::tube) fn busy(
     way: &Way<'_>,
     (breaks, states): (&Breaks, &[HermiteEnd]),
@@ -31,16 +33,9 @@ pub(in crate::condition::tube) fn busy(
     let built_up_s = acceleration / least(|joint| joint.jerk);
     let slowness = Slowness::along(way, (breaks, states), joints);
     let limited = paced(&slowness, 1.0, false);
-    let intervals = breaks.0.windows(2);
-    // When each break is passed at the feed.
-    let mut fed_s = vec![0.0];
-    let mut time = 0.0;
-    for (w, slowness) in intervals.clone().zip(&slowness) {
-        time += (w[1] - w[0]) * slowness.fed;
-        fed_s.push(time);
-    }
+    let fed_s = passed_s(breaks, &fed(&slowness));
     let mut busy: Vec<Range<usize>> = Vec::new();
-    for (k, w) in intervals.enumerate() {
+    for (k, w) in breaks.0.windows(2).enumerate() {
         if limited[k] <= OVER_FEED * slowness[k].fed {
             continue;
         }
@@ -57,6 +52,13 @@ pub(in crate::condition::tube) fn busy(
             _ => busy.push(start..end),
         }
     }
+    if busy.is_empty() {
+        let all = slowness.len();
+        let paced_s = passed_s(breaks, &paced(&slowness, 1.0, true))[all];
+        if paced_s >= LEAST_OVER_FEED * fed_s[all] {
+            busy.push(0..all);
+        }
+    }
     busy
 }
 
@@ -64,7 +66,7 @@ pub(in crate::condition::tube) fn busy(
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slowness {
     /// At the feed.
-    pub(super) fed: f64,
+    fed: f64,
     /// At the limits of speed and acceleration.
     limits: f64,
     /// At the limits of jerk.
@@ -106,6 +108,22 @@ impl Slowness {
     }
 }
 
+/// At the feed.
+pub(super) fn fed(slowness: &[Slowness]) -> Vec<f64> {
+    slowness.iter().map(|slowness| slowness.fed).collect()
+}
+
+/// When each break is passed, s.
+pub(super) fn passed_s(breaks: &Breaks, slowness: &[f64]) -> Vec<f64> {
+    let mut times = vec![0.0];
+    let mut time = 0.0;
+    for (w, slowness) in breaks.0.windows(2).zip(slowness) {
+        time += (w[1] - w[0]) * slowness;
+        times.push(time);
+    }
+    times
+}
+
 /// The slowness of a pace that hardly changes from interval to interval, with a part of what jerk asks
 /// for; at the feed, too, or at the limits alone.
 pub(super) fn paced(slowness: &[Slowness], of_jerk: f64, heeds_feed: bool) -> Vec<f64> {
@@ -120,7 +138,7 @@ pub(super) fn paced(slowness: &[Slowness], of_jerk: f64, heeds_feed: bool) -> Ve
 mod tests {
     use super::*;
     use crate::PathControl;
-    use crate::condition::tube::{Tie, curve, steady};
+    use crate::condition::tube::{Found, Tie, curve, steady};
     use crate::item::Heeds;
     use crate::piece::Programmed;
     use lostmotion_base::{BlockRef, Coords};
@@ -128,9 +146,36 @@ mod tests {
 
     /// Lines of 60 mm that turn by 20 degrees to either side.
     fn lines(feed: f64) -> Vec<Programmed> {
-        let place = |k: usize| Coords::xyz(59.1 * k as f64, 10.4 * (k % 2) as f64, 0.0);
-        let line = |k: usize| {
-            let curve = Curve::line(place(k), place(k + 1));
+        zigzag([59.1, 10.4], 5, feed)
+    }
+
+    fn zigzag([along, aside]: [f64; 2], count: usize, feed: f64) -> Vec<Programmed> {
+        let place = |k: usize| Coords::xyz(along * k as f64, aside * (k % 2) as f64, 0.0);
+        moves(&(0..=count).map(place).collect::<Vec<_>>(), feed)
+    }
+
+    /// A Koch curve of 64 lines.
+    fn snowflake(line: f64, feed: f64) -> Vec<Programmed> {
+        let mut turns = vec![0_i32];
+        for _ in 0..3 {
+            turns = turns
+                .iter()
+                .flat_map(|turn| [0, 1, -1, 0].map(|by| turn + by))
+                .collect();
+        }
+        let mut places = vec![Coords::ZERO];
+        let mut place = [0.0; 2];
+        for turn in turns {
+            let (sin, cos) = math::sin_cos(f64::from(turn) * std::f64::consts::FRAC_PI_3);
+            place = [place[0] + line * cos, place[1] + line * sin];
+            places.push(Coords::xyz(place[0], place[1], 0.0));
+        }
+        moves(&places, feed)
+    }
+
+    fn moves(places: &[Coords], feed: f64) -> Vec<Programmed> {
+        let line = |(k, ends): (usize, &[Coords])| {
+            let curve = Curve::line(ends[0], ends[1]);
             Programmed {
                 length: curve.length(),
                 curve,
@@ -142,7 +187,7 @@ mod tests {
                 block: BlockRef::default(),
             }
         };
-        (0..5).map(line).collect()
+        places.windows(2).enumerate().map(line).collect()
     }
 
     fn joints() -> [LinearJoint; 2] {
@@ -175,6 +220,35 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Lines that are not much longer than the tube is wide may be slow nowhere by themselves; a motion
+    /// finds a shorter way all the same.
+    #[test]
+    fn all_is_slow_where_the_parameter_wavers() {
+        let lines = snowflake(0.2, 1.0);
+        let way = Way::new(&lines, 0.0, lines[63].length, &[0.1; 64]).unwrap();
+        let ties = [Tie::Place, Tie::Place];
+        let steady = steady(&way, ties).unwrap();
+        let found = busy(&way, (&steady.breaks, &steady.states), &joints());
+        assert_eq!(found, [0..steady.breaks.intervals()]);
+        let length = |found: &Found| -> f64 {
+            let chords = found.pieces.iter().map(|piece| {
+                let at = |k: i32| {
+                    piece
+                        .curve
+                        .point(piece.curve.length() * f64::from(k) / 8.0)
+                        .linear()
+                };
+                (0..8).map(|k| norm(sub(at(k + 1), at(k)))).sum::<f64>()
+            });
+            chords.sum()
+        };
+        let motion = curve(&way, ties, &joints()).unwrap();
+        let steady = steady.found.unwrap();
+        assert!(motion.has_motion());
+        let [with, without] = [length(&motion), length(&steady)];
+        assert!(with < 0.992 * without, "{with} {without}");
     }
 
     /// Where a motion takes the place of some of the steady curve, place and derivatives go on, and so do
