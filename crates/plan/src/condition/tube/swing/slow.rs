@@ -108,12 +108,12 @@ impl Slowness {
     }
 }
 
-/// At the feed.
+/// The slowness at the feed.
 pub(super) fn fed(slowness: &[Slowness]) -> Vec<f64> {
     slowness.iter().map(|slowness| slowness.fed).collect()
 }
 
-/// When each break is passed, s.
+/// When each break is passed at a slowness of each interval, s.
 pub(super) fn passed_s(breaks: &Breaks, slowness: &[f64]) -> Vec<f64> {
     let mut times = vec![0.0];
     let mut time = 0.0;
@@ -146,12 +146,8 @@ mod tests {
 
     /// Lines of 60 mm that turn by 20 degrees to either side.
     fn lines(feed: f64) -> Vec<Programmed> {
-        zigzag([59.1, 10.4], 5, feed)
-    }
-
-    fn zigzag([along, aside]: [f64; 2], count: usize, feed: f64) -> Vec<Programmed> {
-        let place = |k: usize| Coords::xyz(along * k as f64, aside * (k % 2) as f64, 0.0);
-        moves(&(0..=count).map(place).collect::<Vec<_>>(), feed)
+        let place = |k: usize| Coords::xyz(59.1 * k as f64, 10.4 * (k % 2) as f64, 0.0);
+        moves(&(0..6).map(place).collect::<Vec<_>>(), feed)
     }
 
     /// A Koch curve of 64 lines.
