@@ -181,10 +181,12 @@ impl AxisMemory {
     }
 
     /// What was learned on an axis. It is used from the first moment on, without a proof: that friction
-    /// holds the load has to be certain by more than while learning, else it counts as one that may
-    /// float.
+    /// holds the load against what pulls it has to be certain by more than while learning, else it counts as one that
+    /// may float.
     pub fn new(learned: Learned, axis: &AxisConfig) -> AxisMemory {
-        let least = learned.coulomb_nm - CERTAIN_DEVIATIONS * learned.coulomb_deviation_nm;
+        let least = learned.coulomb_nm
+            - learned.constant_nm.abs()
+            - CERTAIN_DEVIATIONS * learned.coulomb_deviation_nm;
         let learned = Learned {
             floats: learned.floats || least <= HOLDING_SHARE * axis.motor.rated_torque_nm,
             ..learned

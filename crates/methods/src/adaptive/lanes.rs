@@ -5,18 +5,20 @@
 //! speed `u` (SI units at the motor):
 //! ```text
 //! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that resists it; it stands as long as T_f can hold the rest
-//!         r  = u - w_L - h D/J_L                           rate of the twist without the shaft
-//!         T  = (k p + d r)/(1 + (h^2 k + h d)/J_L)         p: lead x + h r past the flank, 0 within the gap
-//!         w_L += h (T + D)/J_L                             to rest at most
+//!         r  = u - w_L - g D/J_L                           rate of the twist without the shaft, after g = h/2
+//!         T  = (k p + d r)/(1 + (g^2 k + g d)/J_L)         p: lead x + g r past the flank, 0 within the gap
+//!         w_L += h (T + D)/J_L                             to rest at most;   x += h (u - mean of w_L before and after)
 //! motor   w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w
 //!         e   = theta measured - theta;  theta += alpha e, w += beta e/H
 //! ```
-//! The load's equation is implicit Euler with step `h` (a quarter of a sample), stable for any
-//! stiffness. `e` is the innovation: what the hypothesis did not predict. alpha and beta are those
+//! The load's equation is the midpoint rule with step `h` (a quarter of a sample), which takes no energy from a
+//! load that swings on its shaft; implicit Euler (`g = h`), which ends swinging, in merged samples, that are
+//! longer. `e` is the innovation: what the hypothesis did not predict. alpha and beta are those
 //! of the steady-state Kalman filter for the encoder's rounding against an unmodelled torque; the
 //! true parameters minimise the sum of `e^2` over its variance (prediction error method, Ljung,
 //! *System Identification*, 1999).
 
+use super::start::{Gains, StartFilter};
 use super::window::{Sample, Window};
 use lostmotion_base::Clock;
 use pulp::{Arch, Simd, WithSimd};
@@ -24,9 +26,9 @@ use serde::{Deserialize, Serialize};
 
 /// Hypotheses side by side.
 pub(super) const LANES: usize = 8;
-/// Integration steps of the load in a sample. A choice: 62.5 us, implicit and therefore stable;
-/// more follow a stiff shaft better and cost time in proportion.
-const STEPS_PER_SAMPLE: usize = 4;
+/// Integration steps of the load in a sample. A choice: 62.5 us, of which a shaft that rings at 500 Hz has 32 a
+/// period; more cost time in proportion.
+pub(super) const STEPS_PER_SAMPLE: usize = 4;
 
 /// One number for each hypothesis.
 pub(super) type Lanes = [f64; LANES];
@@ -53,25 +55,35 @@ pub(super) struct Progress {
     off: Lanes,
     pub(super) speed: Lanes,
     filter: SteadyFilter,
+    start: StartFilter,
 }
 
-/// Samples at the start of a window in which a large damping lets the load's unknown start decay:
-/// 35 ms of the 50 ms that are kept from before a crossing. A choice: the 15 ms that are left are
-/// read undamped before the crossing.
+/// Samples at the start of a window in which the load's unknown start is found: 35 ms of the 50 ms that are kept
+/// from before a crossing. A choice: the 15 ms that are left are read before the crossing.
 pub(super) const WARM_UP: usize = 140;
-/// Samples of the warm-up with critical damping; the rest has half of it. A choice: the first 20 ms
-/// take the unknown start away, half of the damping brings the load to its own motion.
-const CRITICALLY_DAMPED: usize = 80;
 
-/// Samples on both sides over which the motor's speed at the end of the warm-up is averaged: 4 ms.
-/// A choice: longer means average more of the encoder's steps, shorter ones lag less behind an
-/// acceleration.
-const SPEED_SAMPLES: usize = 16;
-
-/// Critical damping of the load on a motor that is held.
-fn warm_damping(p: &Hypotheses, lane: usize) -> f64 {
-    2.0 * (p.stiffness[lane] * p.inertia[lane]).sqrt()
+/// Step of a load's equation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// s.
+    pub(super) time_s: f64,
+    /// Part of it after which the torque is taken: a half for the midpoint rule, all for implicit Euler.
+    pub(super) part: f64,
 }
+
+impl Step {
+    /// In a sample of so many servo ticks.
+    fn of(filter: &SteadyFilter) -> Step {
+        Step {
+            time_s: filter.span / STEPS_PER_SAMPLE as f64,
+            part: if filter.ticks > 1 { 1.0 } else { 0.5 },
+        }
+    }
+}
+
+/// Samples over which the motor's speed at the start is averaged: 4 ms. A choice: longer means average more of
+/// the encoder's steps, shorter ones lag less behind an acceleration.
+const SPEED_SAMPLES: usize = 16;
 
 /// Innovations of one sample, and their variance, rad and rad2.
 pub(super) struct Innovation {
@@ -84,7 +96,8 @@ pub(super) struct Innovation {
 struct OneSample<'a> {
     progress: &'a mut Progress,
     drive: (&'a Known, &'a Hypotheses, [&'a Sample; 2]),
-    warmth: f64,
+    /// While the start is being found.
+    gains: Option<Gains>,
 }
 
 impl WithSimd for OneSample<'_> {
@@ -96,13 +109,11 @@ impl WithSimd for OneSample<'_> {
         let span = self.progress.filter.span;
         // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / span;
-        let torque = self.progress.load(
-            hypotheses,
-            speed,
-            span / STEPS_PER_SAMPLE as f64,
-            self.warmth,
-        );
-        self.progress.motor(known, hypotheses, &torque, from, to)
+        let step = Step::of(&self.progress.filter);
+        let torque = self.progress.load(hypotheses, speed, step);
+        let innovation = self.progress.motor(known, hypotheses, &torque, from, to);
+        self.progress.correct(&innovation.e, self.gains);
+        innovation
     }
 }
 
@@ -127,6 +138,7 @@ impl Progress {
             off: [0.0; LANES],
             speed: [speed; LANES],
             filter: SteadyFilter::default(),
+            start: StartFilter::default(),
         }
     }
 
@@ -152,59 +164,35 @@ impl Progress {
             self.filter = known.filter(to.ticks);
         }
         let warm = self.next < WARM_UP;
-        if self.next == CRITICALLY_DAMPED {
-            self.end_damping(hypotheses, window, 0.5);
-        } else if self.next == WARM_UP {
-            self.end_damping(hypotheses, window, 0.0);
-        }
-        let warmth = if self.next < CRITICALLY_DAMPED {
-            1.0
-        } else if warm {
-            0.5
-        } else {
-            0.0
-        };
+        let gains = warm.then(|| self.find_start(known, hypotheses, window));
         self.next += 1;
         // one dispatch a sample to the widest vectors; the bits do not depend on their width
         let drive = (known, hypotheses, [from, to]);
         let innovation = Arch::new().dispatch(OneSample {
             progress: self,
             drive,
-            warmth,
+            gains,
         });
         Some((!warm).then_some(innovation))
     }
 
-    /// The warm-up's damping ends or is halved: the spring takes over the torque that it carried, so
-    /// that the load's motion does not jump.
-    fn end_damping(&mut self, p: &Hypotheses, window: &Window, left: f64) {
-        // Richardson extrapolation: the mean over twice the time has four times the error
-        let mean =
-            |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
-        let motor_speed = (4.0 * mean(SPEED_SAMPLES / 2) - mean(SPEED_SAMPLES)) / 3.0;
-        for lane in 0..LANES {
-            // a load that stands has no speed: the spring carries all of its torque
-            if self.load_speed[lane].abs() <= 0.0 {
-                continue;
-            }
-            let before = if left > 0.0 { 1.0 } else { 0.5 };
-            // damping that ends, less the shaft's own which stays
-            let surplus = (before * warm_damping(p, lane)).max(p.damping[lane])
-                - (left * warm_damping(p, lane)).max(p.damping[lane]);
-            self.lead[lane] += surplus * (motor_speed - self.load_speed[lane]) / p.stiffness[lane];
+    /// Gains of the next sample of the warm-up.
+    fn find_start(&mut self, known: &Known, p: &Hypotheses, window: &Window) -> Gains {
+        if self.next == 1 {
+            let span = self.filter.span;
+            self.start = StartFilter::new(known, p, window.torque, window.stands, span);
         }
+        let is_pressed = self.lead[0].abs() > p.half_gap[0];
+        let stands = self.load_speed[0].abs() <= 0.0;
+        let step = Step::of(&self.filter);
+        self.start.step(known, p, [is_pressed, stands], step)
     }
 
     /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
-    fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
-        let warm = warmth > 0.0;
+    fn load(&mut self, p: &Hypotheses, motor_speed: f64, step: Step) -> Lanes {
+        let (h, ahead) = (step.time_s, step.part * step.time_s);
         let mut sum = [0.0; LANES];
-        let warm_damping: Lanes = if warm {
-            std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]))
-        } else {
-            p.damping
-        };
         // divisions out of the inner loop
         let inverses = p.inertia.map(|inertia| 1.0 / inertia);
         for _ in 0..STEPS_PER_SAMPLE {
@@ -213,40 +201,28 @@ impl Progress {
                 let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
                 let drag = -p.constant[lane] - p.viscous[lane] * speed;
                 // torque on the load if it stood: stiction holds it where Coulomb friction exceeds that
-                let held_damping = if warm {
-                    0.0
-                } else {
-                    p.damping[lane] * (motor_speed - speed)
-                };
-                let held = shaft(
-                    lead + h * (motor_speed - speed),
-                    gap,
-                    p.stiffness[lane],
-                    held_damping,
-                ) + drag;
+                let damping = p.damping[lane];
+                let rate = motor_speed - speed;
+                let held =
+                    shaft(lead + ahead * rate, gap, p.stiffness[lane], damping * rate) + drag;
                 // friction opposes the motion, or the torque that sets it in motion
                 let moves = speed.abs() > 0.0;
                 let sign = if moves { speed.signum() } else { held.signum() };
                 let sticks = !moves && held.abs() <= coulomb;
                 let mobility = if sticks { 0.0 } else { inverse };
-                let damping = if sticks {
-                    p.damping[lane]
-                } else {
-                    warm_damping[lane]
-                };
                 let drag = drag - sign * coulomb;
-                // implicit Euler: twist rate without the shaft, and the compliance of the load to
-                // its torque
-                let free = motor_speed - speed - h * drag * mobility;
-                let give = (h * h * p.stiffness[lane] + h * damping) * mobility;
+                // twist rate without the shaft, and the compliance of the load to its torque
+                let free = rate - ahead * drag * mobility;
+                let give = (ahead * ahead * p.stiffness[lane] + ahead * damping) * mobility;
+                let lead_ahead = lead + ahead * free;
                 let torque =
-                    shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
+                    shaft(lead_ahead, gap, p.stiffness[lane], damping * free) / (1.0 + give);
                 let slid = speed + h * (torque + drag) * mobility;
                 // speed that would change its sign within the step is rest, unless the torque
                 // exceeds stiction
                 let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
                 let slid = if stops { 0.0 } else { slid };
-                self.lead[lane] = lead + h * (motor_speed - slid);
+                self.lead[lane] = lead + h * (rate - step.part * (slid - speed));
                 self.load_speed[lane] = slid;
                 sum[lane] += torque;
             }
@@ -254,7 +230,7 @@ impl Progress {
         sum.map(|torque| torque / STEPS_PER_SAMPLE as f64)
     }
 
-    /// Moves the motor over a sample and corrects it by the measured position.
+    /// Moves the motor over a sample; returns how far the measured position is from there.
     #[inline(always)]
     fn motor(
         &mut self,
@@ -282,15 +258,30 @@ impl Progress {
             // off: predicted less measured position; differences keep the digits of a long way
             let off = self.off[lane] + 0.5 * span * (speed + next) - way;
             e[lane] = -off;
-            // correction with the gains of the steady-state filter
-            self.off[lane] = off + filter.alpha * e[lane];
-            self.speed[lane] = next + filter.beta / span * e[lane];
+            (self.off[lane], self.speed[lane]) = (off, next);
         }
         // what the parabola does not describe counts as noise, as large as its own correction
         let untold = span * span * inverse * known.torque_constant * to.fall / 12.0;
         Innovation {
             e,
             variance: filter.variance + untold * untold,
+        }
+    }
+
+    /// Takes in an innovation: with the gains of the steady-state filter, and while the start is being found with
+    /// those that know how uncertain it is. A load that stands stays where it is.
+    #[inline(always)]
+    fn correct(&mut self, e: &Lanes, gains: Option<Gains>) {
+        let SteadyFilter {
+            alpha, beta, span, ..
+        } = self.filter;
+        let [lead, load_speed, off, speed] = gains.unwrap_or([0.0, 0.0, alpha, beta / span]);
+        for (lane, e) in e.iter().enumerate() {
+            let moves = self.load_speed[lane].abs() > 0.0;
+            self.lead[lane] += lead * e;
+            self.load_speed[lane] += if moves { load_speed * e } else { 0.0 };
+            self.off[lane] += off * e;
+            self.speed[lane] += speed * e;
         }
     }
 }
@@ -371,19 +362,21 @@ impl Known {
 
 #[cfg(test)]
 mod tests {
+    use super::super::prior::uniform;
     use super::*;
     use lostmotion_base::math;
+
+    const KNOWN: Known = Known {
+        torque_constant: 0.9,
+        inertia: 1.3e-3,
+        viscous: 2e-4,
+        noise: 3e-6,
+        unmodelled: 0.02,
+    };
 
     /// Bits do not depend on the processor: plain arithmetic gives what its widest vectors give.
     #[test]
     fn vectors_give_the_same_bits_as_plain_arithmetic() {
-        let known = Known {
-            torque_constant: 0.9,
-            inertia: 1.3e-3,
-            viscous: 2e-4,
-            noise: 3e-6,
-            unmodelled: 0.02,
-        };
         let each = |first: f64, ratio: f64| {
             std::array::from_fn(|lane| first * (1.0 + ratio * lane as f64))
         };
@@ -403,7 +396,8 @@ mod tests {
             load_speed: each(-0.4, 0.3),
             off: [0.0; LANES],
             speed: [0.2; LANES],
-            filter: known.filter(2),
+            filter: KNOWN.filter(2),
+            start: StartFilter::default(),
         };
         let (mut wide, mut plain) = (start, start);
         let at = |n: usize| Sample {
@@ -414,11 +408,11 @@ mod tests {
         };
         for n in 0..400 {
             let (from, to) = (at(n), at(n + 1));
-            let warmth = [1.0, 0.5, 0.0][(n / 100).min(2)];
+            let gains = (n < 100).then_some([0.3, -20.0, 0.9, 50.0]);
             let one = |progress| OneSample {
                 progress,
-                drive: (&known, &p, [&from, &to]),
-                warmth,
+                drive: (&KNOWN, &p, [&from, &to]),
+                gains,
             };
             let (a, b) = (
                 Arch::new().dispatch(one(&mut wide)),
@@ -426,6 +420,35 @@ mod tests {
             );
             assert_eq!(a.e.map(f64::to_bits), b.e.map(f64::to_bits), "{n}");
             assert_eq!(wide, plain, "{n}");
+        }
+    }
+
+    #[test]
+    fn a_load_swings_on_its_shaft_as_in_closed_form() {
+        for frequency in [20.0, 100.0, 300.0] {
+            let (inertia, rate) = (2e-3, std::f64::consts::TAU * frequency);
+            let at = [0.0, 0.0, 0.0, inertia, 0.0, inertia * rate * rate, 0.0];
+            let p = uniform(&at, 0.0);
+            let mut progress = Progress {
+                next: 1,
+                lead: [1e-3; LANES],
+                load_speed: [1e-12; LANES],
+                off: [0.0; LANES],
+                speed: [0.0; LANES],
+                filter: KNOWN.filter(1),
+                start: StartFilter::default(),
+            };
+            // the motor stands for 50 ms: a period of the slowest
+            let step = Step::of(&progress.filter);
+            for n in 1..=200 {
+                progress.load(&p, 0.0, step);
+                let time_s = f64::from(n) * Clock::SERVO.period_s();
+                // the midpoint rule is late by a twelfth of the square of its angle a step, and loses nothing
+                let angle = rate * step.time_s;
+                let late = rate * time_s * angle * angle / 12.0;
+                let off = progress.lead[0] - 1e-3 * math::cos(rate * time_s - late);
+                assert!(off.abs() < 2e-6, "{frequency} Hz, {time_s} s: {off}");
+            }
         }
     }
 

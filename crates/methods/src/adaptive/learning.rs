@@ -17,6 +17,7 @@
 use super::bridge::{BLOCK_TICKS, Block, Bridge, Crossed};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
 use super::stretch::{Mean, Row, Shaft, Stretch};
+use super::trust::Deviations;
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
@@ -186,18 +187,29 @@ impl LearningState {
         self.filter.inertia_doubt()
     }
 
-    /// The least and the most Coulomb friction that the load may have, within so many standard deviations
-    /// each, N m.
-    pub(super) fn friction_bounds(
+    /// The least and the most that Coulomb friction may exceed what certainly pulls the load all the time, N m:
+    /// less than nothing where it does not hold the load.
+    pub(super) fn holding_bounds(
         &self,
         load: &LoadModel,
         rated: f64,
-        [below, above]: [f64; 2],
+        allowed: Deviations,
     ) -> [f64; 2] {
         let deviation = self.filter.friction_doubt() * rated;
+        // while an axis has moved one way only, friction and a constant torque are not told apart
+        let pull =
+            (load.constant.abs() - allowed.pulls * self.filter.constant_doubt() * rated).max(0.0);
+        // what the bounds of the inertia make of the friction is in doubt, and all of it where no load could be
+        // what was found
+        let found = self.filter.mean[2].max(0.0) * rated;
+        let least = if self.filter.is_possible() {
+            load.coulomb.min(found) - pull - allowed.holds * deviation
+        } else {
+            f64::NEG_INFINITY
+        };
         [
-            load.coulomb - below * deviation,
-            load.coulomb + above * deviation,
+            least,
+            load.coulomb.max(found) - pull + allowed.lets_go * deviation,
         ]
     }
 
@@ -385,5 +397,44 @@ mod tests {
         assert!((free[0] - 3.0).abs() < 0.05 && (held[0] - 4.0).abs() < 1e-12);
         // conditioned on the inertia, not cut: what is not correlated with it stays
         assert!((held[2] - free[2]).abs() < 0.05, "{free:?} {held:?}");
+    }
+
+    #[test]
+    fn friction_holds_a_load_that_is_possible_and_that_nothing_pulls_as_strongly() {
+        let (inertia, rated) = (1e-3, 10.0);
+        let load = |coulomb, constant| LoadModel {
+            inertia: 2e-3,
+            viscous: 0.0,
+            coulomb,
+            constant,
+            stiffness: 1e3,
+            damping: 0.0,
+        };
+        const ALLOWED: Deviations = Deviations {
+            holds: 2.0,
+            lets_go: 3.0,
+            pulls: 1.0,
+        };
+        let mut covariance = [[0.0; N]; N];
+        (covariance[2][2], covariance[3][3]) = (0.01, 0.0004);
+        let bounds = |load: LoadModel| {
+            let state = LearningState::known(&load, &covariance, inertia, rated);
+            state.holding_bounds(&load, rated, ALLOWED)
+        };
+        let near = |[least, most]: [f64; 2], expected: [f64; 2]| {
+            (least - expected[0]).abs() < 1e-12 && (most - expected[1]).abs() < 1e-12
+        };
+        assert!(near(bounds(load(0.5, 0.0)), [0.3, 0.8]));
+        // of 0.6 N m that pull 0.58 are certain
+        assert!(near(bounds(load(0.5, -0.6)), [-0.28, 0.22]));
+        let backwards = LoadModel {
+            inertia: -2e-3,
+            ..load(0.5, 0.0)
+        };
+        assert!(bounds(backwards)[0] < 0.0);
+        // what a bound of the inertia makes of the friction may be wrong
+        let state = LearningState::known(&load(0.1, 0.0), &covariance, inertia, rated);
+        let [least, most] = state.holding_bounds(&load(0.5, 0.0), rated, ALLOWED);
+        assert!(near([least, most], [0.1 - 0.2, 0.5 + 0.3]));
     }
 }

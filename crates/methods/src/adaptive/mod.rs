@@ -63,6 +63,7 @@ mod newton;
 mod prior;
 mod reading;
 mod said;
+mod start;
 mod stretch;
 mod trust;
 mod watch;
@@ -558,7 +559,7 @@ impl Compensator for Adaptive {
         if state.learning.known {
             let friction = state
                 .learning
-                .friction_bounds(
+                .holding_bounds(
                     &state.load,
                     self.motor.rated_torque,
                     state.trust.deviations(),

@@ -1,7 +1,7 @@
 //! The result of a reading, tested against alternatives; and where a contact began.
 
 use super::lanes::{Innovation, LANES, Lanes, Progress};
-use super::newton::Accepted;
+use super::newton::{Accepted, LEAST_SCALE};
 use super::prior::{GAP, OF_LOAD};
 use serde::{Deserialize, Serialize};
 
@@ -51,11 +51,11 @@ impl Said {
             ..
         } = *found;
         // costs over the misfit, as the scale of Gauss-Newton
-        let [least, .., endless] = costs.map(|cost| cost / misfit.max(1.0));
+        let [least, .., endless] = costs.map(|cost| cost / misfit.max(LEAST_SCALE));
         for (part, cost) in AGAINST.iter().zip(costs) {
             // a parabola: a cost larger by c at a distance off means a variance of off^2/c
             let off = (part - 1.0) * at[GAP];
-            variance = variance.max(off * off / (cost / misfit.max(1.0) - least).max(1.0));
+            variance = variance.max(off * off / (cost / misfit.max(LEAST_SCALE) - least).max(1.0));
         }
         Said {
             half_gap: at[GAP],

@@ -13,7 +13,7 @@
 //!    the same share never is.
 //!
 //! ```text
-//! held      from  T_f - 2 s > 0.005 T_rated (3 s with a memory)  until  T_f + 2 s < 0.005 T_rated          s: standard deviation of T_f
+//! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
 //! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest so far
 //! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
@@ -34,6 +34,16 @@ const CERTAIN_INERTIA: f64 = 0.1;
 const UNCERTAIN_TORQUE: f64 = 0.12;
 /// Part of the half gap that the way of speeding up may be for the inertia not to matter. A choice.
 const SHORT_RAMP: f64 = 0.1;
+
+/// Standard deviations that are allowed for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Deviations {
+    /// By which friction has to be above what holds a load, and below it to let go.
+    pub(super) holds: f64,
+    pub(super) lets_go: f64,
+    /// By which a constant torque may be less than it seems.
+    pub(super) pulls: f64,
+}
 
 /// Whether the gap of an axis is used, by itself and beside the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,13 +96,18 @@ impl Trust {
         }
     }
 
-    /// Standard deviations by which friction has to be above what holds a load to count on it, more where a
-    /// memory says so, since it is used without a proof; and below it to let go.
-    pub(super) fn deviations(&self) -> [f64; 2] {
-        if self.remembers {
-            [CERTAIN_DEVIATIONS, LEARNING_DEVIATIONS]
+    /// How sure it has to be that friction holds a load, more where a memory says so, since it is used without
+    /// a proof, and what pulls the load has been told apart from friction.
+    pub(super) fn deviations(&self) -> Deviations {
+        let [holds, pulls] = if self.remembers {
+            [CERTAIN_DEVIATIONS, 0.0]
         } else {
-            [LEARNING_DEVIATIONS; 2]
+            [LEARNING_DEVIATIONS, 1.0]
+        };
+        Deviations {
+            holds,
+            lets_go: LEARNING_DEVIATIONS,
+            pulls,
         }
     }
 
@@ -116,8 +131,8 @@ impl Trust {
         self.used(1.0)
     }
 
-    /// Takes the reference and the flank of a tick, and the least and the most Coulomb friction that
-    /// the load may have, parts of the rated torque.
+    /// Takes the reference and the flank of a tick, and the least and the most that Coulomb friction
+    /// may exceed a constant torque, parts of the rated torque.
     pub(super) fn step(&mut self, reference: &Reference, side: i8, [least, most]: [f64; 2]) {
         self.held = if self.held {
             most > HOLDING_SHARE

@@ -96,7 +96,7 @@ struct Original {
     curve: Curve,
     line: usize,
     rapid: bool,
-    /// Joints less program, mm.
+    /// Machine less program coordinates, mm.
     shift: [f64; 3],
 }
 
@@ -350,10 +350,16 @@ fn steps(
         if matches!(item.motion.curve, Curve::Quintic(_)) {
             return Err(refuse(line, "splines are not rewritten"));
         }
-        // The word tells it best; the origin where there is none.
+        // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
+        // the joints.
         let mut shift = [0.0; 3];
         for (axis, shift) in shift.iter_mut().enumerate() {
-            let usual = item.origin_mm[axis] + item.motion.tool_mm[axis];
+            let length = if item.is_tip {
+                0.0
+            } else {
+                item.motion.tool_mm[axis]
+            };
+            let usual = item.origin_mm[axis] + length;
             let word = text
                 .value(LETTERS[axis])
                 .filter(|_| text.is_not_plain().is_none());

@@ -15,8 +15,7 @@ const PLAIN: [f64; 27] = [
 ];
 
 /// G codes under which end points do not say where the tool is, with what they are.
-const REFUSED: [(f64, &str); 9] = [
-    (91.0, "distances (G91)"),
+const REFUSED: [(f64, &str); 8] = [
     (90.1, "absolute centres (G90.1)"),
     (41.0, "cutter compensation (G41)"),
     (42.0, "cutter compensation (G42)"),
@@ -45,7 +44,7 @@ pub(super) struct Line {
 /// A line that cannot be read, that switches to what is not rewritten, or that marks a program which
 /// was rewritten before.
 pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteError> {
-    let (mut all, mut mm, mut feed) = (Vec::new(), 1.0, None);
+    let (mut all, mut mm, mut feed, mut is_relative) = (Vec::new(), 1.0, None, false);
     for (index, raw) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
         let cut = raw.iter().rposition(|byte| !matches!(byte, b'\n' | b'\r'));
         let (text, end) = raw.split_at(cut.map_or(0, |at| at + 1));
@@ -67,7 +66,15 @@ pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteE
                 mm = 25.4;
             } else if code == 21.0 {
                 mm = 1.0;
+            } else if code == 90.0 || code == 91.0 {
+                is_relative = code == 91.0;
             }
+        }
+        if is_relative && goes_a_distance(&block) {
+            return Err(refuse(
+                number,
+                "distances (G91) are not rewritten, but for a way home like G91 G28 Z0",
+            ));
         }
         let line = Line {
             text: text.to_vec(),
@@ -85,6 +92,16 @@ pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteE
         });
     }
     Ok(all)
+}
+
+/// Whether a line under G91 moves by a distance. `G28 Z0` and `G30 Z0` do not: they go to a place of the machine from
+/// where the axis stands.
+fn goes_a_distance(block: &Block) -> bool {
+    let goes_home = codes(block, b'G').any(|code| code == 28.0 || code == 30.0);
+    block.words.iter().any(|word| {
+        b"XYZABCUVWIJKR".contains(&word.letter)
+            && !(goes_home && matches!(word.value, Value::Number(value) if value == 0.0))
+    })
 }
 
 /// The comment of a line, in whichever way it is written.

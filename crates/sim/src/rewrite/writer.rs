@@ -63,10 +63,7 @@ pub(super) fn new_text(
             others => {
                 writer.line(&line.text, Some(from));
                 for step in others {
-                    let end = step.curve.end().linear();
-                    writer.out.ends.push((writer.out.steps.len(), end));
-                    writer.commanded = Some(end);
-                    writer.was_rapid = true;
+                    writer.leave(step);
                 }
             }
         }
@@ -130,6 +127,23 @@ impl NewProgram {
             let text = self.remark(&text);
             self.line(text.as_bytes(), None);
         }
+    }
+
+    /// A rapid that stays as it is: axes that it does not move stay where they were sent.
+    fn leave(&mut self, step: &Original) {
+        let [start, end] = [step.curve.start(), step.curve.end()].map(|place| place.linear());
+        let from = self.commanded.unwrap_or(start);
+        let at = std::array::from_fn(|axis| {
+            let way: f64 = end[axis] - start[axis];
+            if way.abs() <= STILL_MM {
+                return from[axis];
+            }
+            self.side[axis] = way.signum();
+            end[axis]
+        });
+        self.out.ends.push((self.out.steps.len(), at));
+        self.commanded = Some(at);
+        self.was_rapid = true;
     }
 
     /// A move with its end point moved, in as many pieces as it has reversals.

@@ -290,7 +290,9 @@ fn what_is_not_rewritten_is_told_by_its_line() {
             .to_string()
     };
     for (text, line, what) in [
-        ("G21 G90\nG91\nG1 X1 F100\nM2\n", 2, "G91"),
+        ("G21 G90\nG91\nG1 X1 F100\nM2\n", 3, "G91"),
+        ("G21 G90\nG1 X1 F100\nG91 G28 Z5\nG90\nM2\n", 3, "G91"),
+        ("G21 G91\nG2 I5 F100\nM2\n", 2, "G91"),
         ("G21 G90\n#1=3\nG1 X#1 F100\nM2\n", 3, "expression"),
         (
             "G21 G90\nG0 X0 Y0 Z5\nG81 X1 Y1 Z-1 R1 F100\nM2\n",
@@ -350,6 +352,50 @@ fn what_is_not_rewritten_is_told_by_its_line() {
         error.contains("half the gap of X is 20.0 um, more than the 5 um"),
         "{error}"
     );
+}
+
+/// A program as posts write it: a tool's length, ways home and to places of the machine between cuts.
+#[test]
+fn tool_lengths_and_ways_home_stay_as_they_are() {
+    let cut = "G1 Z-1 F200\nX30 F800\nY20\nX0\nY0\nG0 Z10\n";
+    for (head, length, home) in [
+        ("", "", "G28 Z0\n"),
+        ("G10 L1 P1 Z50\nT1 M6\nG43 H1\n", "", "G91 G28 Z0\nG90\n"),
+        ("G43.1 Z50\n", "G43.1 Z70\n", "G53 G0 Z0\n"),
+        ("", "", "G28\n"),
+        ("", "G43.1 Z20\n", "G30 Z5\n"),
+        ("", "", "G53 G0 X-20 Y-20\n"),
+    ] {
+        let text = format!(
+            "G21 G17 G90 G54 G64 P0.01\n{head}G0 X0 Y0 Z10\n{cut}{home}{length}G0 X0 Y0 Z10\n{cut}{home}M2\n"
+        );
+        let (part, machine) = (program(&text), machine());
+        let options = SimulateOptions::default();
+        let new = rewrite(&part, &machine, &options, &RewriteOptions::default());
+        let new = new.unwrap_or_else(|error| panic!("{error}: {text}"));
+        assert_eq!(new.refused, None, "{text}");
+        assert!(
+            new.after.rms_um < 0.5 * new.before.rms_um,
+            "{text}{:?} {:?}",
+            new.before,
+            new.after
+        );
+        let run = Simulation::new(&part, &machine)
+            .method("none")
+            .run()
+            .unwrap();
+        let own = run.results[0].cutting;
+        assert!(
+            (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
+            "{text}{own:?} {:?}",
+            new.before
+        );
+        assert!(
+            new.text.contains(home.lines().next().unwrap()),
+            "{}",
+            new.text
+        );
+    }
 }
 
 /// Twice rewritten is twice compensated: the mark is found behind the head of any dialect.
