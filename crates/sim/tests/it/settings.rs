@@ -5,6 +5,8 @@ use lostmotion_gcode::Dialect;
 use lostmotion_sim::control::Control;
 use lostmotion_sim::recommend::results::ControlSettings;
 use lostmotion_sim::recommend::{RecommendOptions, recommend};
+use lostmotion_sim::results::ErrorStats;
+use lostmotion_sim::rewrite::results::Rewritten;
 use lostmotion_sim::rewrite::{RewriteOptions, rewrite};
 use lostmotion_sim::{Machine, Program, SimulateOptions, Simulation};
 
@@ -176,6 +178,19 @@ fn controls_that_stop_to_compensate_take_longer() {
     }
 }
 
+/// The judge on the original program finds what the run itself says of it, but for places where another move is
+/// nearer than the present one.
+fn judged_as_run(part: &Program, machine: &Machine, new: &Rewritten) -> ErrorStats {
+    let run = Simulation::new(part, machine).method("none").run().unwrap();
+    let own = run.results[0].cutting;
+    assert!(
+        (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
+        "{own:?} {:?}",
+        new.before
+    );
+    own
+}
+
 /// GRBL-Advanced issue 30: an inserted move at each quadrant stops the circle there. On a circle of
 /// three feeds four take-ups a turn, and time that they cost.
 #[test]
@@ -196,18 +211,7 @@ fn a_rewritten_circle_stops_at_each_quadrant_and_keeps_the_contour() {
         new.before,
         new.after
     );
-    // The judge on the original program finds what the run itself says of it, but for places where
-    // another move is nearer than the present one.
-    let run = Simulation::new(&part, &machine)
-        .method("none")
-        .run()
-        .unwrap();
-    let own = run.results[0].cutting;
-    assert!(
-        (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
-        "{own:?} {:?}",
-        new.before
-    );
+    let own = judged_as_run(&part, &machine, &new);
     assert!(
         (new.before.max_um / own.max - 1.0).abs() < 0.02,
         "{own:?} {:?}",
@@ -380,16 +384,7 @@ fn tool_lengths_and_ways_home_stay_as_they_are() {
             new.before,
             new.after
         );
-        let run = Simulation::new(&part, &machine)
-            .method("none")
-            .run()
-            .unwrap();
-        let own = run.results[0].cutting;
-        assert!(
-            (new.before.rms_um / own.rms - 1.0).abs() < 0.05,
-            "{text}{own:?} {:?}",
-            new.before
-        );
+        judged_as_run(&part, &machine, &new);
         assert!(
             new.text.contains(home.lines().next().unwrap()),
             "{}",
