@@ -136,6 +136,9 @@ struct Extent {
     most: f64,
     changes: u64,
     last: f64,
+    /// Rows without a number, and the line of the first of them.
+    missing: u64,
+    missing_line: u64,
 }
 
 /// What is added up of one clock.
@@ -161,6 +164,8 @@ pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
         most: f64::NEG_INFINITY,
         changes: 0,
         last: f64::NAN,
+        missing: 0,
+        missing_line: 0,
     };
     let mut extents = vec![fresh; header.channels.len()];
     let fresh = Pace {
@@ -202,6 +207,13 @@ pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
             let Some(extent) = extents.get_mut(place) else {
                 continue;
             };
+            if !value.is_finite() {
+                if extent.missing == 0 {
+                    extent.missing_line = row.line;
+                }
+                extent.missing += 1;
+                continue;
+            }
             extent.least = extent.least.min(value);
             extent.most = extent.most.max(value);
             extent.changes += u64::from(value != extent.last);
@@ -250,6 +262,12 @@ pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
                     extent.changes.saturating_sub(1),
                 )
             };
+            if extent.missing > 0 && extent.least <= extent.most {
+                text += &format!(
+                    "      {} of its rows hold no finite number, the first in line {}\n",
+                    extent.missing, extent.missing_line
+                );
+            }
         }
     }
     output::print(&text)?;

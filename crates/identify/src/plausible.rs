@@ -11,7 +11,7 @@ use crate::{
     deadzone::Deadzone,
     error::{Cause, FitError},
     huber::{NormalEquations, Piece, Regression, solve_small},
-    log::BacklashLog,
+    log::{BacklashLog, MotorLog},
     settings::FitSettings,
     window::{self, WindowSample},
 };
@@ -133,6 +133,17 @@ pub(crate) fn check(
         });
     }
     Ok(())
+}
+
+impl MotorLog {
+    /// Whether units and signs go with the axis of the settings, as every fit asks before it begins:
+    /// the current has to accelerate the inertia that they tell.
+    ///
+    /// # Errors
+    /// [`FitError::Implausible`], with what was found and its likely cause.
+    pub fn goes_with(&self, settings: &FitSettings) -> Result<(), FitError> {
+        check(self.as_backlash_log(), settings, false)
+    }
 }
 
 /// What the motion shows of it.

@@ -203,7 +203,14 @@ pub fn read_axis(
             _ => {}
         }
     }
-    check_sign(name, &log)?;
+    if let Some(what) = lost_sign(&log) {
+        if options.needed.contains(&Role::Current) {
+            let hint = "log the current with its sign, not its magnitude";
+            return Err(LogError::file(name, what, hint));
+        }
+        log.said.push(format!("{what}; it is left out"));
+        log.drive = None;
+    }
     Ok(log)
 }
 
@@ -370,11 +377,9 @@ fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut 
     }
 }
 
-/// Refuses a drive signal without its sign.
-fn check_sign(name: &str, log: &AxisLog) -> Result<(), LogError> {
-    let Some(values) = log.drive.as_ref().map(DriveSignal::values) else {
-        return Ok(());
-    };
+/// What is wrong with a drive signal without its sign; `None` of one that has it.
+fn lost_sign(log: &AxisLog) -> Option<String> {
+    let values = log.drive.as_ref().map(DriveSignal::values)?;
     let (mut forth, mut back) = (0usize, 0usize);
     for pair in log.motor.windows(2) {
         forth += usize::from(pair[1] > pair[0]);
@@ -383,12 +388,6 @@ fn check_sign(name: &str, log: &AxisLog) -> Result<(), LogError> {
     let both = forth.min(back) * 10 > log.motor.len();
     let one_sign =
         values.iter().all(|&value| value >= 0.0) && values.iter().any(|&value| value > 0.0);
-    if both && one_sign {
-        return Err(LogError::file(
-            name,
-            "the current is never negative though the axis moves both ways: its sign is lost",
-            "log the current with its sign, not its magnitude",
-        ));
-    }
-    Ok(())
+    let what = "the current is never negative though the axis moves both ways: its sign is lost";
+    (both && one_sign).then(|| what.to_owned())
 }

@@ -20,6 +20,10 @@ const BACK: f64 = 0.2;
 /// Farthest from one angle to the next, rad. A choice: wider gaps leave out what is looked for.
 const WIDEST_STEP: f64 = 0.2;
 
+/// Most turn of one sense, rad. A choice: a test has one to three turns, and degrees taken for radians
+/// make 57 times as many.
+const MOST_TURN: f64 = 20.0 * TAU;
+
 /// What to take of a sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallbarOptions {
@@ -311,6 +315,13 @@ fn senses(name: &str, rows: &[(u64, f64, f64)]) -> Result<Vec<Vec<(f64, f64)>>, 
         (Some(first), Some(last)) => (last.0 - first.0).abs(),
         _ => 0.0,
     };
+    if let Some(most) = found.iter().map(turn).max_by(f64::total_cmp)
+        && most > MOST_TURN
+    {
+        let what = format!("the angles go on for {:.0} turns", most / TAU);
+        let hint = "are they in deg, and not in rad? --column angle=NAME,unit=deg";
+        return Err(LogError::file(name, what, hint));
+    }
     found.retain(|piece| turn(piece) >= LEAST_TURN && piece.len() >= FEWEST_ROWS);
     if found.is_empty() {
         let what = "the angles hardly turn";

@@ -9,6 +9,11 @@ const NEIGHBOURS: usize = 4;
 const STEP_RATIO: f64 = 8.0;
 /// The same against the usual change of a step from row to row.
 const CHANGE_RATIO: f64 = 50.0;
+/// Counts of a position that a step has to exceed, for the same reason: an encoder that creeps stands for
+/// many rows and then steps.
+const COUNTS: f64 = 8.0;
+/// Fewest steps that the count of a position is told from.
+const MIN_STEPS: usize = 20;
 /// Share of runs of equal values that have to be as long as the clock says.
 const HELD_SHARE: f64 = 0.95;
 /// Fewest runs that a clock is told from.
@@ -47,6 +52,7 @@ pub(crate) fn jumps(time_s: &[f64], values: &[f64]) -> Vec<Jump> {
         return Vec::new();
     }
     let usual = quantile(changes, 0.5);
+    let count = count_of(values);
     let mut found = Vec::new();
     for (step, &here) in speed.iter().enumerate() {
         let around = step.saturating_sub(NEIGHBOURS)..(step + NEIGHBOURS + 1).min(speed.len());
@@ -57,7 +63,11 @@ pub(crate) fn jumps(time_s: &[f64], values: &[f64]) -> Vec<Jump> {
         let largest = others
             .iter()
             .fold(0.0, |largest: f64, other| largest.max(other.abs()));
-        if here.abs() > STEP_RATIO * largest && here.abs() > CHANGE_RATIO * usual {
+        let size = (values[step + 1] - values[step]).abs();
+        if here.abs() > STEP_RATIO * largest
+            && here.abs() > CHANGE_RATIO * usual
+            && size > COUNTS * count
+        {
             let expected = quantile(others, 0.5);
             found.push(Jump {
                 row: step + 1,
@@ -66,6 +76,19 @@ pub(crate) fn jumps(time_s: &[f64], values: &[f64]) -> Vec<Jump> {
         }
     }
     found
+}
+
+/// The count of a position: what its smallest steps are, or 0 where too few tell it.
+fn count_of(values: &[f64]) -> f64 {
+    let steps: Vec<f64> = values
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > 0.0)
+        .collect();
+    if steps.len() < MIN_STEPS {
+        return 0.0;
+    }
+    quantile(steps, 0.05)
 }
 
 /// The period of a counter that wraps: all jumps have its size, there are some of either sign or it
@@ -148,6 +171,21 @@ mod tests {
             })
             .collect();
         assert_eq!(jumps(&times(2000), &values), []);
+    }
+
+    #[test]
+    fn a_scale_that_creeps_by_counts_has_no_jumps() {
+        // 1 um a count, 0.4 to 0.01 counts a row, forth and back, with a row of two counts at once
+        let mut values: Vec<f64> = (0..4000)
+            .map(|row| {
+                let t = f64::from(row - 2000) * 1e-3;
+                (50.0 * t * t * t.abs()).round() * 1e-3
+            })
+            .collect();
+        for value in &mut values[2600..] {
+            *value += 1e-3;
+        }
+        assert_eq!(jumps(&times(4000), &values), []);
     }
 
     #[test]

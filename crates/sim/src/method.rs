@@ -23,6 +23,7 @@ pub(crate) enum Choice {
         name: String,
         build: Arc<Build>,
         needs_load_scale: bool,
+        told_gap: bool,
     },
 }
 
@@ -48,10 +49,12 @@ impl Choice {
         make: impl Fn(&AxisConfig) -> C + Send + Sync + 'static,
         example: &AxisConfig,
     ) -> Choice {
+        // Asked of one: a method knows the same on every axis.
+        let knows = make(example).info().knows;
         Choice::Own {
             name,
-            // Asked of one: a method knows the same on every axis.
-            needs_load_scale: make(example).info().knows.load_scale,
+            needs_load_scale: knows.load_scale,
+            told_gap: knows.gap,
             build: Arc::new(move |config, start| run_with(config, make(config), start)),
         }
     }
@@ -70,6 +73,7 @@ impl Choice {
                 build_runner(&config, method, start)
             }),
             needs_load_scale: method.needs_load_scale(),
+            told_gap: method.told_gap(),
         }
     }
 
@@ -115,6 +119,15 @@ impl Choice {
             Choice::OfAxes => Some(config.compensation.method),
             Choice::Registered(method) => Some(*method),
             Choice::Own { .. } => None,
+        }
+    }
+
+    /// Whether the method of an axis is told the gap.
+    pub(crate) fn told_gap(&self, config: &AxisConfig) -> bool {
+        match self {
+            Choice::OfAxes => config.compensation.method.told_gap(),
+            Choice::Registered(method) => method.told_gap(),
+            Choice::Own { told_gap, .. } => *told_gap,
         }
     }
 

@@ -10,6 +10,15 @@ use lostmotion::methods::AxisConfig;
 /// so: data sheets are given to this. The interval of the log has to leave it out, too.
 const LEAST_DIFFERENCE: f64 = 0.05;
 
+/// By how much the part of the speed that is fed forward, and the integral time in parts of it, may be
+/// off. Choices: in logs of drives with known settings they were within half of it.
+const FORWARD_WITHIN: f64 = 0.05;
+const TIME_WITHIN: f64 = 0.1;
+/// Integral time of a velocity loop without an integral part, s, and that from which on it shows in no
+/// stroke.
+const NO_INTEGRAL_S: f64 = 1000.0;
+const LONG_INTEGRAL_S: f64 = 1.0;
+
 /// Table of friction that falls in a straight line.
 pub(super) const STRIBECK_TABLE: &str = "friction.load.stribeck";
 /// Speed at which a straight line has fallen to nothing, over that of a Gaussian with the same
@@ -27,6 +36,21 @@ pub(super) struct Finding {
 }
 
 impl Finding {
+    /// Whether a description can have the measured value, or why it is not taken over: friction below that
+    /// of the motor is nobody's.
+    pub(super) fn refused(&self, log: &str) -> Option<String> {
+        let signed = self.key.starts_with("constant");
+        let may_be_none = self.key == "velocity_feedforward";
+        if may_be_none && self.measured.value >= 0.0 {
+            return None;
+        }
+        if !self.measured.is_told() {
+            return Some(format!("{log} does not tell it"));
+        }
+        (!signed && self.measured.value <= 0.0)
+            .then(|| format!("its motor alone has more than {log} shows of the whole axis"))
+    }
+
     /// Whether the description is certainly another one, in words.
     pub(super) fn verdict(&self) -> (String, bool) {
         let [low, high] = self.measured.interval;
@@ -218,6 +242,36 @@ impl Scales {
             described,
             measured: nearer.map_or(measured, |gain| measured.times(gain / measured.value)),
         }];
+        let forward = forward(law.feedforward);
+        if (0.0..=1.0).contains(&forward) {
+            findings.push(Finding {
+                table: "drive",
+                key: "velocity_feedforward",
+                unit: "-",
+                described: axis.drive.velocity_feedforward,
+                measured: near(forward, FORWARD_WITHIN),
+            });
+        }
+        let described = axis.drive.velocity_time_s;
+        let of_nearer = law.alike.filter(|_| nearer.is_some()).map(|[_, time]| time);
+        let time = match law.integral_time_s {
+            Some(time) => {
+                let time = of_nearer.unwrap_or(time);
+                near(time, TIME_WITHIN * time)
+            }
+            // So long a one is none; what is longer than strokes last looks the same.
+            None => Figure {
+                interval: [LONG_INTEGRAL_S, NO_INTEGRAL_S],
+                ..near(NO_INTEGRAL_S, 0.0)
+            },
+        };
+        findings.push(Finding {
+            table: "drive",
+            key: "velocity_time_s",
+            unit: "s",
+            described,
+            measured: time,
+        });
         // A force asked for by a speed at the load, as a current asked for by one of the motor.
         if by_current && self.has_force() {
             findings.push(Finding {
@@ -229,6 +283,24 @@ impl Scales {
             });
         }
         findings
+    }
+}
+
+/// None and all of the speed, which are what drives are set to, where the log does not tell it from
+/// them.
+fn forward(part: f64) -> f64 {
+    [0.0, 1.0]
+        .into_iter()
+        .find(|whole| (part - whole).abs() <= FORWARD_WITHIN)
+        .unwrap_or(part)
+}
+
+/// A figure that is right within so much either way.
+fn near(value: f64, within: f64) -> Figure {
+    Figure {
+        value,
+        error: within / 2.0,
+        interval: [value - within, value + within],
     }
 }
 

@@ -13,10 +13,12 @@ use clap::{Args, ValueHint};
 use findings::{Finding, gap_findings};
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{Motion, fit_body, fit_lost_motion, fit_servo, replay};
-use lostmotion::identify::{BacklashFit, BacklashLog, FitError, FitSettings, fit_backlash};
+use lostmotion::identify::{
+    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash,
+};
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
-use scales::{Scales, figures, gap_text};
+use scales::{Scales, figures, gap_text, with_interval};
 use std::path::PathBuf;
 use write::{write_axis, write_overlay};
 
@@ -35,7 +37,8 @@ pub(crate) struct Identify {
     /// CSV to write with the measured and the simulated position and their difference
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) overlay: Option<PathBuf>,
-    /// Compare the description with the log: exit code 1 where a value is certainly another one
+    /// Compare the description with the log: exit code 1 where a value is certainly another one, or
+    /// nothing can be compared
     #[arg(long, requires = "axis")]
     pub(crate) check: bool,
 }
@@ -74,9 +77,22 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let mut text = scales.motion(&motion, &body_log);
     let mut untold: Vec<String> = Vec::new();
     let mut findings: Vec<Finding> = Vec::new();
+    let body = fit_body(&body_log, &motion);
+    if let Ok(body) = &body
+        && body.is_reversed()
+    {
+        let [inertia, _, _] = with_interval(body.inertia);
+        return Err(Failure::with_hint(
+            format!(
+                "{name}: the axis speeds up against what drives it, as if its inertia were {inertia}: the sign of the {drive}, or of the position, is reversed",
+                drive = scales.drive_name,
+            ),
+            format!("turn it round: --column {}=NAME,sign=-", scales.drive_name),
+        ));
+    }
     // Lost motion first: it says whether a gap is the right word.
     let mut is_step = true;
-    match fit_lost_motion(&body_log) {
+    match fit_lost_motion(&body_log, body.as_ref().ok()) {
         Ok(lost) => {
             is_step = lost.is_step;
             text += &scales.lost(&lost);
@@ -117,7 +133,6 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         }
         (Err(reason), _) => untold.push(format!("gap and stiffness: {reason}")),
     }
-    let body = fit_body(&body_log, &motion);
     match &body {
         Ok(body) => {
             text += &scales.body(body);
@@ -173,6 +188,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         }
         if findings.is_empty() {
             text += "nothing of the description can be checked with this log\n";
+            differs = true;
         }
     }
     if let (Some(path), Some(again)) = (&args.overlay, &replayed) {
@@ -207,7 +223,7 @@ impl std::fmt::Display for GapError {
     }
 }
 
-/// The gap as `axis fit` finds it.
+/// The gap as `axis fit` finds it; where the log has none, whether it goes with the axis.
 fn gap(
     log: &AxisLog,
     described: Option<&AxisConfig>,
@@ -215,23 +231,45 @@ fn gap(
     name: &str,
 ) -> Result<BacklashFit, GapError> {
     let missing = |what: &str| Err(GapError::Missing(what.to_owned()));
-    let (Some(axis), Some(DriveSignal::Current(current))) = (described, &log.drive) else {
+    let (Some(axis), Some(drive)) = (described, &log.drive) else {
         return missing("needs the load's position, a current, and --axis");
     };
-    if log.load.is_empty() {
-        return missing(
-            "needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log",
-        );
-    }
     let scale =
         rad_per_unit(axis, unit, name).map_err(|failure| GapError::Missing(failure.text()))?;
-    let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect();
-    BacklashLog::from_rows(
+    let scaled = |values: &[f64], factor: f64| -> Vec<f64> {
+        values.iter().map(|value| value * factor).collect()
+    };
+    let settings = FitSettings::for_axis(axis);
+    if let DriveSignal::Current(current) = drive
+        && !log.load.is_empty()
+    {
+        return BacklashLog::from_rows(
+            &log.time_s,
+            scaled(&log.motor, scale),
+            scaled(&log.load, scale),
+            current.clone(),
+        )
+        .and_then(|log| fit_backlash(&log, &settings))
+        .map_err(GapError::Fit);
+    }
+    let per_ampere = axis.motor.torque_constant_nm_per_a;
+    let (amperes, is_current) = match drive {
+        DriveSignal::Current(_) => (1.0, true),
+        DriveSignal::Torque(_) => (1.0 / per_ampere, false),
+        DriveSignal::Force(_) => (axis.transmission.load_per_motor_rad() / per_ampere, false),
+    };
+    let motor = MotorLog::from_rows(
         &log.time_s,
-        scaled(&log.motor),
-        scaled(&log.load),
-        current.clone(),
+        scaled(&log.motor, scale),
+        scaled(drive.values(), amperes),
     )
-    .and_then(|log| fit_backlash(&log, &FitSettings::for_axis(axis)))
-    .map_err(GapError::Fit)
+    .map_err(GapError::Fit)?;
+    match motor.goes_with(&settings) {
+        // A force is in its unit, and the inertia may be another one.
+        Err(error) if is_current || error.is_of_the_log() => Err(GapError::Fit(error)),
+        _ if log.load.is_empty() => missing(
+            "needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log",
+        ),
+        _ => missing("needs a current"),
+    }
 }

@@ -49,6 +49,8 @@ pub(super) struct Scales {
     /// What drives the axis is multiplied with this.
     pub(super) drive: f64,
     pub(super) drive_unit: &'static str,
+    /// The role of its column.
+    pub(super) drive_name: &'static str,
     /// m or rad at the load for a radian of the motor; 1 where the axis is not given.
     pub(super) per_rad: f64,
 }
@@ -71,6 +73,11 @@ impl Scales {
             (Some(DriveSignal::Torque(_)), None) => (1.0, "N m of the motor"),
             _ => (1.0, "A"),
         };
+        let drive_name = match &log.drive {
+            Some(DriveSignal::Torque(_)) => "torque",
+            Some(DriveSignal::Force(_)) => "force",
+            Some(DriveSignal::Current(_)) | None => "current",
+        };
         Scales {
             unit,
             base,
@@ -78,6 +85,7 @@ impl Scales {
             small_unit,
             drive,
             drive_unit,
+            drive_name,
             per_rad,
         }
     }

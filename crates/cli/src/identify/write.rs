@@ -50,16 +50,16 @@ pub(super) fn write_axis(
     let mut axis = described.clone();
     let mut sources: BTreeMap<(&str, &str), String> = BTreeMap::new();
     for finding in findings {
-        // A value that nobody can have, such as friction below that of the motor, is not taken over.
-        let told = finding.measured.is_told() && finding.measured.value > 0.0;
-        if told && set(&mut axis, finding) {
+        let refused = finding.refused(log);
+        let source = if let Some(why) = refused {
+            format!("{base}; {why}")
+        } else if set(&mut axis, finding) {
             let [_, low, high] = with_interval(finding.measured);
-            let source = format!("measured: {log}, 95 %: {low} to {high}");
-            sources.insert((finding.table, finding.key), source);
+            format!("measured: {log}, 95 %: {low} to {high}")
         } else {
-            let source = format!("{base}; {log} does not tell it");
-            sources.insert((finding.table, finding.key), source);
-        }
+            format!("{base}; {log} does not tell it")
+        };
+        sources.insert((finding.table, finding.key), source);
     }
     axis.check()
         .map_err(|error| Failure::message(format!("{log}: the axis found is none: {error}")))?;
@@ -108,6 +108,8 @@ fn set(axis: &mut AxisConfig, finding: &Finding) -> bool {
     }
     let place = match (finding.key, &mut axis.load) {
         ("position_gain_per_s", _) => &mut axis.drive.position_gain_per_s,
+        ("velocity_feedforward", _) => &mut axis.drive.velocity_feedforward,
+        ("velocity_time_s", _) => &mut axis.drive.velocity_time_s,
         ("velocity_gain_a_s_per_rad", _) => &mut axis.drive.velocity_gain_a_s_per_rad,
         ("mass_kg", Load::Slide(load)) => &mut load.mass_kg,
         ("viscous_n_s_per_m", Load::Slide(load)) => &mut load.viscous_n_s_per_m,

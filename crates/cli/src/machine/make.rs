@@ -131,7 +131,8 @@ fn report(rows: &[Row]) -> String {
         ("value", Align::Left),
         ("", Align::Left),
         ("", Align::Left),
-    ]);
+    ])
+    .folded();
     for row in rows {
         table.row([
             row.key.as_str().into(),

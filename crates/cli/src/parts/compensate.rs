@@ -21,6 +21,10 @@ pub(crate) struct Compensate {
     /// taken up
     #[arg(long, value_name = "N", default_value_t = 100.0, allow_negative_numbers = true, value_parser = number)]
     pub(crate) most_um: f64,
+    /// Most that an end point may be moved besides, along the normal of the contour, in micrometres: against what
+    /// friction and servo leave; 0 moves none
+    #[arg(long, value_name = "N", default_value_t = 20.0, allow_negative_numbers = true, value_parser = number)]
+    pub(crate) normal_um: f64,
     /// How far off the gaps of the machine may be, in per cent; what the machine says of each axis
     /// (`compensation.gap_uncertainty`), if left out. The least that they may be is taken up
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, value_parser = number)]
@@ -48,6 +52,7 @@ pub(crate) fn run(args: &Compensate, quiet: bool) -> Result<u8, Failure> {
     // Asked for the good range, which NaN is outside of.
     for (flag, value, most) in [
         ("--most-um", args.most_um, 10_000.0),
+        ("--normal-um", args.normal_um, 10_000.0),
         (
             "--gap-uncertainty",
             args.gap_uncertainty.unwrap_or(0.0),
@@ -72,6 +77,7 @@ pub(crate) fn run(args: &Compensate, quiet: bool) -> Result<u8, Failure> {
     let options = args.on.options(&machine, options)?;
     let wanted = RewriteOptions {
         most_um: args.most_um,
+        most_normal_um: args.normal_um,
         gap_uncertainty: args.gap_uncertainty.map(|percent| 0.01 * percent),
         max_moves: args.max_moves,
     };

@@ -16,7 +16,7 @@ fn settings_of_a_control_are_ready_to_paste() {
     ];
     let text = bench.expect(0, &arguments);
     for part in [
-        "N1851 A1P8 A2P8 A3P8",
+        "N1851 A1P11 A2P11 A3P11",
         "the reference position is established",
         "true gap 80 %, as set",
         "true gap 120 %, as set",

@@ -70,11 +70,17 @@ impl Identified {
         let motion = Motion::of(&log);
         let mut untold = Vec::new();
         let mut kept = |what: &str, why: String| untold.push(format!("{what}: {why}"));
-        let lost_motion = fit_lost_motion(&log)
-            .map_err(|why| kept("lost motion", why))
-            .ok();
         let body = fit_body(&log, &motion)
+            .and_then(|body| {
+                let reversed = || "the axis speeds up against what drives it: a sign is reversed";
+                (!body.is_reversed())
+                    .then_some(body)
+                    .ok_or_else(|| reversed().to_owned())
+            })
             .map_err(|why| kept("inertia and friction", why))
+            .ok();
+        let lost_motion = fit_lost_motion(&log, body.as_ref())
+            .map_err(|why| kept("lost motion", why))
             .ok();
         let servo = fit_servo(&log, &motion)
             .map_err(|why| kept("servo", why))

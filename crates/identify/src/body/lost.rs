@@ -10,7 +10,7 @@
 //! ```
 
 use super::squares::{Squares, SquaresFit, jackknife};
-use super::{BodyLog, Figure, Motion, Rates};
+use super::{BodyLog, Figure, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
 use serde::Serialize;
 
@@ -18,6 +18,12 @@ use serde::Serialize;
 const MOVES_FROM: f64 = 6.0;
 /// Part of the motor's speed by which the load's is off while the motor crosses a gap. A choice.
 const CROSSING_SHARE: f64 = 0.5;
+/// Part of the deceleration that friction holds from which on the load may be loose: part of the
+/// friction belongs to the motor, and the wind-up shrinks. A choice.
+const HELD_PART: f64 = 0.5;
+/// Part of the top acceleration with which the motor has to speed up to have caught a loose load. A
+/// choice: above what noise makes of a steady speed.
+const CATCHES_SHARE: f64 = 0.1;
 /// Lengths that are tried at a time.
 const LENGTHS: usize = 33;
 /// Shortest length tried, in parts of the load's range of travel, where its noise is smaller still.
@@ -63,9 +69,12 @@ pub struct LostMotion {
 
 /// Fits how position is lost after the load's reversals.
 ///
+/// `body` tells the friction that keeps the load on its flank while the motor slows down; without it
+/// all that the log holds counts.
+///
 /// # Errors
 /// What is missing: no load's position, no reversal, a load that does not move beyond its noise.
-pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
+pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMotion, String> {
     if log.load.is_empty() {
         return Err(
             "the log has no load's position (a linear scale): lost motion is not told by it"
@@ -73,7 +82,8 @@ pub fn fit_lost_motion(log: &BodyLog) -> Result<LostMotion, String> {
         );
     }
     let noise = noise_of(&log.load);
-    let rows = Rows::of(log, MOVES_FROM * noise);
+    let holds = body.and_then(RigidBody::held_deceleration);
+    let rows = Rows::of(log, MOVES_FROM * noise, holds);
     let (reversals, range) = (rows.followed.reversals, rows.followed.range());
     if reversals == 0 {
         return Err("the load never turns round: move it to and fro".to_owned());
@@ -181,6 +191,25 @@ fn crossing(log: &BodyLog) -> Vec<bool> {
         .collect()
 }
 
+/// Samples at which the load may be off the flank that drives it: from where the motor slows down faster
+/// than friction stops the load, over the rest behind it, until the motor has caught it again.
+fn loose(log: &BodyLog, holds: f64, crossing: &[bool]) -> Vec<bool> {
+    let motion = Motion::of(log);
+    let rates = Rates::new(&log.motor, motion.half, log.period_s);
+    let catches = CATCHES_SHARE * motion.top_acceleration;
+    let mut loose = vec![false; log.len()];
+    let mut now = false;
+    for at in motion.half..log.len().saturating_sub(motion.half) {
+        let (speed, acceleration) = (rates.velocity(at), rates.acceleration(at));
+        let along = acceleration * speed.signum();
+        if speed.abs() > motion.rest_speed {
+            now = along < -HELD_PART * holds || (now && (along < catches || crossing[at]));
+        }
+        loose[at] = now;
+    }
+    loose
+}
+
 /// The load's place without its noise: it follows only what leaves a band around it.
 struct Followed {
     place: Vec<f64>,
@@ -243,14 +272,17 @@ struct Rows<'a> {
     log: &'a BodyLog,
     followed: Followed,
     crossing: Vec<bool>,
+    loose: Vec<bool>,
 }
 
 impl Rows<'_> {
-    fn of(log: &BodyLog, band: f64) -> Rows<'_> {
+    fn of(log: &BodyLog, band: f64, holds: Option<f64>) -> Rows<'_> {
+        let crossing = crossing(log);
         Rows {
             log,
             followed: Followed::of(&log.load, band),
-            crossing: crossing(log),
+            loose: holds.map_or_else(Vec::new, |holds| loose(log, holds, &crossing)),
+            crossing,
         }
     }
 
@@ -290,6 +322,7 @@ impl Rows<'_> {
             if side == 0.0
                 || since > within
                 || self.followed.unsure[at]
+                || self.loose.get(at).is_some_and(|loose| *loose)
                 || (self.crossing[at] && !begins)
                 || self.log.touches_lost(at..=at)
             {

@@ -11,6 +11,10 @@ const TOLD_SHARE: f64 = 0.5;
 /// leave 4 % at most, axes with a gap and a soft shaft 13 % and more, and their intervals do not
 /// hold.
 const ONE_BODY_SHARE: f64 = 0.08;
+/// Share from which on it is not the motion's at all. A choice: the worst of sound logs leaves 0.3.
+const UNRELATED_SHARE: f64 = 0.7;
+/// Longest time between rows, s: an acceleration is over sooner. A choice, above all that drives log.
+const SLOWEST_S: f64 = 0.1;
 /// Standard errors from which on a further friction is believed.
 const SURE_ERRORS: f64 = 4.0;
 /// Speeds that Stribeck's decay is looked for at, in parts of the top speed.
@@ -114,6 +118,12 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
             "the log has no current, torque or force: inertia and friction are not told".to_owned(),
         );
     }
+    if log.period_s > SLOWEST_S {
+        return Err(format!(
+            "the rows are {} s apart, and an acceleration is over sooner: log faster, or say in which unit the times are; in s they may be ms",
+            log.period_s
+        ));
+    }
     let both = [1.0, -1.0].iter().all(|&direction| {
         motion
             .strokes
@@ -126,6 +136,13 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     let plain = fit(log, motion, &Terms::default()).ok_or(
         "the axis never moves one way for long enough: make longer strokes at several speeds",
     )?;
+    let share = plain.rms / plain.target_rms;
+    if share > UNRELATED_SHARE {
+        return Err(format!(
+            "{:.0} % of the drive signal have nothing to do with the motion: it may be another column, or of another axis",
+            100.0 * share
+        ));
+    }
     let mut body = RigidBody {
         inertia: plain.figures[INERTIA],
         viscous: plain.figures[VISCOUS],
@@ -135,7 +152,7 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
         stribeck: None,
         stribeck_bound: None,
         drive_ahead: plain.figures[LATE],
-        residual_share: plain.rms / plain.target_rms,
+        residual_share: share,
         rows: plain.rows,
         untold: Vec::new(),
     };
@@ -201,6 +218,20 @@ impl RigidBody {
     /// Whether one body explains the drive signal: otherwise the intervals do not hold.
     pub fn is_one_body(&self) -> bool {
         self.residual_share <= ONE_BODY_SHARE
+    }
+
+    /// Whether the axis speeds up against what drives it and friction helps it on: the sign of the
+    /// drive signal, or of the position, is reversed.
+    pub fn is_reversed(&self) -> bool {
+        self.inertia.interval[1] < 0.0 && self.coulomb.interval[1] < 0.0
+    }
+
+    /// The deceleration up to which friction stops the axis without the motor, per s^2: beyond, a
+    /// load behind a gap leaves the flank that drives it. `None` where the log does not tell it.
+    pub fn held_deceleration(&self) -> Option<f64> {
+        let [least, _] = self.coulomb.interval;
+        let [positive, most] = self.inertia.interval;
+        (least > 0.0 && positive > 0.0).then(|| least / most)
     }
 }
 

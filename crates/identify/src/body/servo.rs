@@ -122,7 +122,13 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         }
     }
     let Some(lag) = lag.solve(&[true; 3]) else {
-        return Err("the command does not move: lag and gains are not told".to_owned());
+        let moves = log.command.windows(2).any(|pair| pair[0] != pair[1]);
+        let why = if moves {
+            "the command speeds up and slows down too little"
+        } else {
+            "the command does not move"
+        };
+        return Err(format!("{why}: lag and gains are not told"));
     };
     let mut gains = ServoGains {
         lag_s: lag.figures[0],

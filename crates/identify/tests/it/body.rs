@@ -111,7 +111,7 @@ fn lost_motion_of_a_real_axis_is_no_step() {
         return;
     };
     let log = read(&path, &[]);
-    let lost = fit_lost_motion(&log).unwrap();
+    let lost = fit_lost_motion(&log, None).unwrap();
     println!("{lost:?}");
     assert!((1..=4).contains(&lost.reversals));
     assert!(!lost.is_step);
@@ -447,7 +447,41 @@ fn what_a_log_does_not_tell_is_said() {
     assert_eq!((motion.reversals, motion.strokes.len()), (0, 1));
     assert!(fit_body(&log, &motion).unwrap_err().contains("to and fro"));
     assert!(fit_servo(&log, &motion).unwrap_err().contains("no command"));
-    assert!(fit_lost_motion(&log).unwrap_err().contains("linear scale"));
+    assert!(
+        fit_lost_motion(&log, None)
+            .unwrap_err()
+            .contains("linear scale")
+    );
+    // a second between rows, and a column that has nothing to do with the motion
+    let slow: Vec<f64> = time.iter().map(|t| 1e3 * t).collect();
+    let to_and_fro: Vec<f64> = time
+        .iter()
+        .map(|t| 0.02 * (2.6 * t).sin() + 0.003 * (8.2 * t).sin())
+        .collect();
+    let noise: Vec<f64> = {
+        let mut random = Random::new(5_550_001);
+        time.iter().map(|_| random.normal()).collect()
+    };
+    for (time, says) in [
+        (&slow, "1 s apart"),
+        (&time, "nothing to do with the motion"),
+    ] {
+        let log =
+            BodyLog::from_rows(time, to_and_fro.clone(), none(), none(), noise.clone()).unwrap();
+        let error = fit_body(&log, &Motion::of(&log)).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+    // a force with the other sign
+    let against: Vec<f64> = time
+        .iter()
+        .map(|t| {
+            let speed = 0.052 * (2.6 * t).cos() + 0.0246 * (8.2 * t).cos();
+            let acceleration = -0.1352 * (2.6 * t).sin() - 0.20172 * (8.2 * t).sin();
+            -10.0 * acceleration - 3.0 * speed.signum()
+        })
+        .collect();
+    let log = BodyLog::from_rows(&time, to_and_fro, none(), none(), against).unwrap();
+    assert!(fit_body(&log, &Motion::of(&log)).unwrap().is_reversed());
     let silent = BodyLog::from_rows(&time, way, none(), none(), none()).unwrap();
     assert!(
         fit_body(&silent, &motion)
@@ -474,7 +508,7 @@ fn a_gap_is_a_step() {
         })
         .collect();
     let log = BodyLog::from_rows(&time, motor, load, Vec::new(), Vec::new()).unwrap();
-    let lost = fit_lost_motion(&log).unwrap();
+    let lost = fit_lost_motion(&log, None).unwrap();
     println!("{lost:?}");
     assert!(
         (lost.total.value - 20e-6).abs() < 0.6e-6,

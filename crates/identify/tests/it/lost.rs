@@ -2,7 +2,7 @@
 
 use lostmotion_base::math;
 use lostmotion_base::random::Random;
-use lostmotion_identify::body::{BodyLog, LostMotion, fit_lost_motion};
+use lostmotion_identify::body::{BodyLog, LostMotion, Motion, fit_body, fit_lost_motion};
 
 /// A load behind a gap and something that gives by Dahl's law along its own travel.
 struct Loss {
@@ -59,7 +59,7 @@ impl Loss {
 
 fn found(loss: &Loss, amplitude: f64, seed: u64) -> LostMotion {
     let log = loss.log(amplitude, &mut Random::new(seed));
-    let lost = fit_lost_motion(&log).unwrap();
+    let lost = fit_lost_motion(&log, None).unwrap();
     println!("{lost:?}");
     let pairs = [
         (lost.total.interval, loss.step + loss.along),
@@ -110,4 +110,59 @@ fn a_gap_alone_is_a_step() {
         };
         assert!(found(&loss, 3e-3, 18_340_920 + number as u64).is_step);
     }
+}
+
+/// A load with little friction is thrown against the far flank by every stop. With the friction that the
+/// force tells the rows in which it may be anywhere are left out.
+#[test]
+fn a_load_that_is_thrown_between_its_flanks_is_told_apart() {
+    let (gap, mass, friction) = (30e-6, 100.0, 40.0);
+    let step = 1e-4;
+    let mut random = Random::new(20_261_127);
+    // Strokes of 0.8 s with accelerations of 1 m/s2, rests of 0.2 s.
+    let speed = |t: f64| {
+        let phase = t.rem_euclid(1.0);
+        let profile = (phase / 0.1).min((0.8 - phase) / 0.1).clamp(0.0, 1.0);
+        let forward = (t as u32 % 4 < 2) == (t as u32 % 3 < 2);
+        (if forward { 0.1 } else { -0.1 }) * profile
+    };
+    let (mut motor, mut load, mut velocity) = (0.0, 0.0, 0.0);
+    let (mut time, mut motors, mut loads, mut forces) = (vec![], vec![], vec![], vec![]);
+    for tick in 0..200_000 {
+        let t = f64::from(tick) * step;
+        let (before, now) = (speed(t), speed(t + step));
+        // Stiff flanks with a little damping, friction that holds and slides.
+        let off = motor - load;
+        let wound = off - off.clamp(-0.5 * gap, 0.5 * gap);
+        let contact = if wound == 0.0 {
+            0.0
+        } else {
+            2e8 * wound + 2e4 * (before - velocity)
+        };
+        let free: f64 = velocity + contact / mass * step;
+        let slows = friction / mass * step;
+        let last = velocity;
+        velocity = if free.abs() <= slows {
+            0.0
+        } else {
+            free - slows * free.signum()
+        };
+        load += 0.5 * (last + velocity) * step;
+        motor += 0.5 * (before + now) * step;
+        if tick % 10 == 0 {
+            time.push(t);
+            motors.push(motor + 1e-8 * random.normal());
+            loads.push((load / 1e-7).round() * 1e-7);
+            forces.push(contact + 20.0 * (now - before) / step + 2.0 * random.normal());
+        }
+    }
+    let log = BodyLog::from_rows(&time, motors, loads, Vec::new(), forces).unwrap();
+    let body = fit_body(&log, &Motion::of(&log)).unwrap();
+    let lost = fit_lost_motion(&log, Some(&body)).unwrap();
+    let plain = fit_lost_motion(&log, None).unwrap();
+    println!("{:?} without friction {:?}", lost.total, plain.total);
+    let [low, high] = lost.total.interval;
+    let truth = gap + 2.0 * friction / 2e8;
+    assert!(low <= truth && truth <= high && high - low < 0.2 * truth);
+    assert!((plain.total.value / truth - 1.0).abs() > 0.2);
 }

@@ -100,6 +100,11 @@ fn what_is_wrong_is_said_with_its_place() {
         "line 3: the angle goes on by",
     );
     refused(
+        &rows("angle_rad,radius_mm", 0..3600),
+        &[],
+        "the angles go on for 57 turns",
+    );
+    refused(
         &good.replace("10.0,", "10.0,-"),
         &[],
         "line 102: the radius -100 mm is not positive",

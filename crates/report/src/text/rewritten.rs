@@ -37,6 +37,12 @@ pub fn rewritten(name: &str, answer: &Rewritten, options: &TextOptions) -> Strin
         answer.within_cuts,
         count(answer.arcs_split, "arc")
     ));
+    if answer.normal_um > 0.0 {
+        out.push_str(&format!(
+            "and by up to {} um along the normal, against what friction and servo leave\n",
+            error(answer.normal_um)
+        ));
+    }
     out.push_str(&format!(
         "duration {} in place of {}\n",
         duration(answer.time_after_s),

@@ -66,6 +66,12 @@ const BETWEEN_COLUMNS: usize = 2;
 /// A text column is not shortened below this many characters. A choice: a word or two stay legible.
 const SHORTEST_TEXT: usize = 12;
 
+/// A text that is folded is not put beside the others in fewer characters than these, but below them.
+/// A choice: some words a line.
+const SHORTEST_FOLDED: usize = 28;
+/// Blanks before a text below its row.
+const INDENT: usize = 4;
+
 /// A table with a header line, two blanks between columns and no rules.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
@@ -136,8 +142,8 @@ impl Table {
     }
 
     /// The table in lines of at most `width` characters: optional columns are left out until it
-    /// fits, then the widest text column is shortened, or the last one folded. Numbers are never
-    /// cut.
+    /// fits, then the widest text column is shortened, or the last one folded; where it would become
+    /// narrow, its texts go below their rows. Numbers are never cut.
     ///
     /// # Examples
     /// ```
@@ -168,7 +174,13 @@ impl Table {
         // Still too long: a list breaks its last column into further lines, where no word is lost.
         let excess = taken(&shown, &widths).saturating_sub(width);
         if let Some(&last) = shown.last().filter(|_| self.is_folded && excess > 0) {
-            let room = widths[last].saturating_sub(excess).max(SHORTEST_TEXT);
+            let left = widths[last].saturating_sub(excess);
+            if left < SHORTEST_FOLDED && width > SHORTEST_FOLDED && shown.len() > 1 {
+                shown.pop();
+                let beside = aligned(&lines, &shown, &widths, &self.header);
+                return below(&beside, &lines, last, width);
+            }
+            let room = left.max(SHORTEST_TEXT);
             lines = lines
                 .iter()
                 .flat_map(|line| folded(line, last, room))
@@ -239,6 +251,22 @@ fn aligned(
     out
 }
 
+/// Lines, with a further column's texts in lines of their own below them.
+fn below(beside: &str, lines: &[Vec<String>], column: usize, width: usize) -> String {
+    let mut out = String::new();
+    for (text, line) in beside.lines().zip(lines) {
+        out.push_str(text);
+        out.push('\n');
+        let room = width.saturating_sub(INDENT);
+        for part in folded(line, column, room) {
+            if !part[column].is_empty() {
+                let _ = writeln!(out, "{:INDENT$}{}", "", part[column]);
+            }
+        }
+    }
+    out
+}
+
 /// A line whose cell in a column is broken at blanks into lines of at most `room` characters; a
 /// longer word stands alone.
 fn folded(line: &[String], column: usize, room: usize) -> Vec<Vec<String>> {
@@ -301,6 +329,18 @@ mod tests {
         assert_eq!(
             table.render_within(18),
             "name\none   a few plain\n      words\ntwo   more\n"
+        );
+        // Where it would become narrow it goes below.
+        let long = "[JOINT_0] STEPGEN_MAXACCEL";
+        table.row([
+            long.into(),
+            "too little room for what the control adds".into(),
+        ]);
+        assert_eq!(
+            table.render_within(40),
+            format!(
+                "name\none\n    a few plain words\ntwo\n    more\n{long}\n    too little room for what the control\n    adds\n"
+            )
         );
     }
 

@@ -260,6 +260,23 @@ impl Draft {
         }
     }
 
+    /// A gap of zero tells that the control compensates nothing, and nothing of the machine.
+    pub(super) fn forget_zero_gaps(&mut self) {
+        for axis in &mut self.axes {
+            let Some(gap) = axis.gap.take_if(|gap| gap.value == 0.0) else {
+                continue;
+            };
+            let rows = self.rows.iter_mut();
+            for row in rows.filter(|row| row.key == gap.from && row.fate == Fate::Used) {
+                row.fate = Fate::Ignored;
+                row.note = format!(
+                    "{}: the control compensates nothing, the gap itself is not told",
+                    axis.id
+                );
+            }
+        }
+    }
+
     /// Axes of which the file should tell and does not are reported.
     pub(super) fn report_missing(&mut self) {
         for (axis, why) in std::mem::take(&mut self.expected) {
@@ -385,6 +402,10 @@ impl Draft {
         );
     }
 }
+
+/// What becomes of a negative gap.
+pub(super) const LEADING: &str =
+    "negative: of an encoder that the load leads, which is not modelled; the gap is not told";
 
 /// Numbers as a machine file has them: always with a point.
 pub(super) fn float(value: f64) -> String {

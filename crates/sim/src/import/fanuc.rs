@@ -7,7 +7,7 @@
 //! in the increment of the axis, gaps and deviations in detection units. Source: parameter manuals
 //! B-63090EN, B-64120EN, B-64490EN.
 
-use super::draft::{Draft, Fate, Quantity, Told};
+use super::draft::{Draft, Fate, LEADING, Quantity, Told};
 use super::{Format, ImportOptions, not_negative, number, problem};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -391,11 +391,12 @@ fn gap(
     let Some(entry) = all.of(1851, number_of) else {
         return Ok(());
     };
+    if entry.value.starts_with('-') {
+        number(entry.line, &entry.name(), entry.value)?;
+        draft.row(entry.name(), entry.value, Fate::Ignored, LEADING);
+        return Ok(());
+    }
     let amount = |entry: &ParameterValue<'_>| -> Result<f64, Problem> {
-        if entry.value.starts_with('-') {
-            let message = "is negative: of an encoder that the load leads, which is not read";
-            return Err(problem(entry.line, &entry.name(), message, ""));
-        }
         Ok(not_negative(entry.line, &entry.name(), entry.value)? * increment)
     };
     let cutting = amount(entry)?;
@@ -416,6 +417,11 @@ fn gap(
     draft.tell(axis, Quantity::Gap, told, entry.value);
     let apart = all.of(1800, 0).is_some_and(|it| it.bit(4));
     let rapid = match all.of(1852, number_of) {
+        Some(entry) if entry.value.starts_with('-') => {
+            number(entry.line, &entry.name(), entry.value)?;
+            draft.row(entry.name(), entry.value, Fate::Ignored, LEADING);
+            cutting
+        }
         Some(entry) if apart => {
             draft.row(
                 entry.name(),

@@ -1,6 +1,6 @@
 //! What a description lacks, from a machine that lends it, and the whole as a machine file.
 
-use super::draft::{Draft, DraftAxis, Fate, Row, Told, float};
+use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, Told, float};
 use super::{Imported, USUAL_PRESET, problem, stepper};
 use crate::control::Control;
 use crate::machine::{LimitsTable, Machine, MachineAxis, PathStops, Problem, presets};
@@ -520,6 +520,21 @@ fn part_of(command_ms: f64, longest_us: f64) -> f64 {
     (command_ns / parts.unwrap_or(1)) as f64 * 1e-3
 }
 
+/// Part of the travel that zero has to be inside its ends for parts to be around it. A choice: controls
+/// that count from a switch have zero at an end, where no part is.
+const CLEAR_OF_ENDS: f64 = 0.1;
+
+/// Where parts are likely to be on an axis of a mill or router: at zero, or in the middle of a travel
+/// that begins or ends there.
+fn part_zero(min: f64, max: f64) -> f64 {
+    let clear = CLEAR_OF_ENDS * (max - min);
+    if (min + clear..=max - clear).contains(&0.0) {
+        0.0
+    } else {
+        0.5 * (min + max)
+    }
+}
+
 /// Work offset and homes within the travel: zero where it can be, else the middle.
 fn positions(
     draft: &Draft,
@@ -564,6 +579,20 @@ fn positions(
     }
     // Machine files give places in words, not in joints.
     let words = kinematics.forward(&joints, &[0.0; 3]);
+    // Of a lathe zero of X is the middle of its spindle, and of a printer the corner of its bed.
+    let linear = [AxisId::X, AxisId::Y, AxisId::Z];
+    let has = |id: &AxisId| draft.axes.iter().any(|axis| axis.id == *id && !axis.rotary);
+    let is_mill = matches!(draft.kinematics, KinematicsSpec::Cartesian(_))
+        && draft.size == MachineSize::Router
+        && linear.iter().all(has);
+    let mut parts = words;
+    if is_mill {
+        for (axis, (min, max)) in draft.axes.iter().zip(travel) {
+            if linear.contains(&axis.id) {
+                parts[axis.id] = part_zero(*min, *max);
+            }
+        }
+    }
     // Told places that the travel has go before those.
     let usual = ["work_offset.g54", "home.g28", "home.g30"];
     let told = draft.offsets.iter().map(|(table, ..)| *table);
@@ -578,7 +607,11 @@ fn positions(
     for key in tables {
         let mut lines = Vec::new();
         for axis in AxisId::ALL {
-            let own = words[axis];
+            let own = if key == usual[0] {
+                parts[axis]
+            } else {
+                words[axis]
+            };
             let own = if axis.is_rotary() { deg(own) } else { own };
             let mut offsets = draft.offsets.iter();
             let told = offsets.rfind(|(table, id, _)| *table == key && *id == axis);

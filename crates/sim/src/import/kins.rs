@@ -161,6 +161,11 @@ impl Module {
         self.joints.map_or_else(own, <[Numbered]>::to_vec)
     }
 
+    /// Whether it has a joint for every letter if it is not told which there are.
+    pub(super) fn numbers_all_letters(&self) -> bool {
+        matches!(self.name, "trivkins" | "gentrivkins")
+    }
+
     /// Whether words are joints of the same letter, so that what an axis may do is what its joint
     /// may.
     pub(super) fn words_are_joints(&self) -> bool {

@@ -107,7 +107,13 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             _ => 1.0,
         },
     };
-    let numbered = module.map_or_else(|| letters.clone(), |module| module.numbered(coordinates));
+    let by_letter = module.filter(|module| told.is_none() && module.numbers_all_letters());
+    let numbered = by_letter
+        .and_then(|_| by_place_of_letter(&ini, &letters))
+        .unwrap_or_else(|| {
+            let numbered = module.map_or_else(|| letters.clone(), |it| it.numbered(coordinates));
+            numbered.into_iter().map(Some).collect()
+        });
     let joints = IniJoints {
         numbered,
         words_too: module.is_none_or(Module::words_are_joints),
@@ -260,7 +266,8 @@ struct Units {
 
 /// What joints there are.
 struct IniJoints {
-    numbered: Vec<Numbered>,
+    /// Axes of the joints by their number; `None` of those that no axis is of.
+    numbered: Vec<Option<Numbered>>,
     /// Whether what a word may do is what the joint of its letter may.
     words_too: bool,
     units: Units,
@@ -285,7 +292,27 @@ impl IniJoints {
         self.numbered
             .get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?)
             .copied()
+            .flatten()
     }
+}
+
+/// The joints of a module that is not told its coordinates: it numbers the joints of all nine letters,
+/// whichever of them the machine has, so that Z of a lathe is joint 2. `None` where the file has no
+/// such joints.
+fn by_place_of_letter(ini: &Ini, letters: &[Numbered]) -> Option<Vec<Option<Numbered>>> {
+    let mut numbered = vec![None; AxisId::ALL.len()];
+    for axis in letters {
+        let place = AxisId::ALL.iter().position(|id| *id == axis.0)?;
+        // Before 2.8 joints were axes by number.
+        let sections = [format!("JOINT_{place}"), format!("AXIS_{place}")];
+        // Two motors of one axis are numbered in another way.
+        let is_new = numbered[place].replace(*axis).is_none();
+        let mut entries = ini.entries.iter();
+        if !is_new || !entries.any(|entry| sections.contains(&entry.section)) {
+            return None;
+        }
+    }
+    Some(numbered)
 }
 
 /// Which of two values holds where a joint and its axis, or two joints of one axis, have one each:

@@ -57,10 +57,11 @@ pub(super) fn tell(
     draft: &mut Draft,
     ini: &Ini,
     hal: &Hal,
-    joints: &[Numbered],
+    joints: &[Option<Numbered>],
     (mm, deg): (f64, f64),
 ) -> Result<(), Problem> {
-    for (index, (axis, turns)) in joints.iter().enumerate() {
+    let of_axes = joints.iter().enumerate();
+    for (index, (axis, turns)) in of_axes.filter_map(|(index, joint)| Some((index, (*joint)?))) {
         // Sections of axes by number are those of LinuxCNC before 2.8.
         let sections = [format!("JOINT_{index}"), format!("AXIS_{index}")];
         let own = |key: &str| -> Option<&Entry> {
@@ -98,7 +99,7 @@ pub(super) fn tell(
             draft.row(told.name(), told.value.as_str(), Fate::Ignored, note);
         }
         // Of two motors on an axis the first counts.
-        let own_axis = draft.axis(*axis, *turns);
+        let own_axis = draft.axis(axis, turns);
         if own_axis.stepper.is_some() {
             if let Some(steps) = steps {
                 draft.row(
@@ -120,13 +121,13 @@ pub(super) fn tell(
                 let message = format!("is {}; it has to be other than 0", steps.value);
                 return Err(problem(steps.line, &steps.from, message, ""));
             }
-            let unit = if *turns { deg } else { mm };
+            let unit = if turns { deg } else { mm };
             let told = Told {
                 value: value / unit,
                 from: steps.from,
                 line: steps.line,
             };
-            draft.tell(*axis, Quantity::StepsPerUnit, told, steps.value);
+            draft.tell(axis, Quantity::StepsPerUnit, told, steps.value);
         }
         let by = generator.map_or_else(|| "HAL".to_owned(), Entry::name);
         draft.row(

@@ -269,6 +269,7 @@ fn read(
         draft.report_open_end(&text);
     }
     draft.report_missing();
+    draft.forget_zero_gaps();
     Ok(draft)
 }
 

@@ -10,7 +10,7 @@
 //! 01/2023 p. 209 (first entries of 32300 and 32431). Units of 32000, 32300 and 32431 are taken from
 //! the list manual of the 840D sl, and listed as guesses.
 
-use super::draft::{Draft, Fate, Quantity, Told};
+use super::draft::{Draft, Fate, LEADING, Quantity, Told};
 use super::{Format, ImportOptions, lettered, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -316,9 +316,9 @@ fn take(
         }
         "MA_BACKLASH" => {
             if datum.value.starts_with('-') {
-                let hint = "make it positive to go on with a motor's encoder";
-                let message = "is negative: of an encoder that the load leads, which is not read";
-                return Err(problem(datum.line, &key, message, hint));
+                number(datum.line, &key, datum.value)?;
+                draft.row(key, datum.value, Fate::Ignored, LEADING);
+                return Ok(None);
             }
             let gap = not_negative(datum.line, &key, datum.value)?;
             (Quantity::Gap, gap * weight(datum, data)?, None)

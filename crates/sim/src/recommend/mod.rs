@@ -109,7 +109,8 @@ impl Trial {
 /// let wanted = RecommendOptions::default();
 /// let options = SimulateOptions::default();
 /// let answer = recommend(&program, &machine, &options, Control::LinuxCnc, &wanted)?;
-/// assert!(answer.paste.contains(&"BACKLASH = 0.04".to_owned()));
+/// // A gap of 40 um and the wind-up of the drive.
+/// assert!(answer.paste[1].starts_with("BACKLASH = 0.05"));
 /// assert!(answer.after.rms < 0.5 * answer.before.rms);
 /// // No primary source: no number.
 /// let haas = recommend(&program, &machine, &options, Control::Haas, &wanted)?;
@@ -228,35 +229,48 @@ pub fn recommend(
         answer.refused = Some(refusal(&first));
         return Ok(answer);
     };
+    // Step 1d: a dial gauge measures gap and wind-up together, and the description tells both.
+    let mut candidates = vec![best];
+    if let Some(wound) = wound_up(
+        &candidates[0],
+        &told,
+        step(control, wanted.detection_unit_um),
+    ) {
+        let both = [&candidates[0], &wound];
+        let choices = std::iter::once(baseline()).chain(both.map(Trial::choice));
+        let run = simulate(program, &told, &without_tests(&options), choices.collect())?;
+        answer.runs += 3;
+        if Some(wound.name()) == run.recommended {
+            candidates.insert(0, wound);
+        }
+    }
+    // Step 2: as set, and told wrong. Where that speaks against the wind-up, the gap alone is left.
+    let mut tried = None;
+    for candidate in candidates {
+        let set = candidate.on(&told);
+        let methods = [MethodId::NONE, candidate.method].map(Choice::Registered);
+        let run = simulate(program, &set, &options, methods.into())?;
+        let result = run.result(candidate.method.name());
+        answer.runs += 2 + result.map_or(0, |result| result.misled.len() as u64);
+        let is_safe = result.is_some_and(|result| result.not_recommended.is_none());
+        tried = Some((candidate, set, run));
+        if is_safe {
+            break;
+        }
+    }
+    let Some((best, set, second)) = tried else {
+        return Ok(answer);
+    };
     answer.chosen.clone_from(&best.said);
-    // Step 2: as set, and told wrong.
-    let set = best.on(&told);
-    let methods = [MethodId::NONE, best.method]
-        .into_iter()
-        .map(Choice::Registered);
-    let second = simulate(program, &set, &options, methods.collect())?;
     let Some(result) = second.result(best.method.name()) else {
         return Ok(answer);
     };
-    answer.runs += 2 + result.misled.len() as u64;
     answer.after = result.cutting;
     answer.wrong.clone_from(&result.misled);
     answer.trust.clone_from(&second.trust);
     answer.notes.extend(result.notes.iter().cloned());
-    let beyond = BEYOND
-        .iter()
-        .filter_map(|name| Choice::registered(name).ok());
-    let third = simulate(program, machine, &without_tests(&options), beyond.collect())?;
-    answer.runs += BEYOND.len() as u64;
-    answer.better = third
-        .results
-        .iter()
-        .map(|result| Better {
-            method: result.method.clone(),
-            cutting: result.cutting,
-            stops: result.stop.is_some(),
-        })
-        .collect();
+    answer.notes.extend(wind_up_note(&told, &set));
+    answer.better = beyond(program, machine, &options, &mut answer)?;
     if let Some(reason) = &result.not_recommended {
         answer.refused = Some(format!("{}: {reason}", best.name()));
         return Ok(answer);
@@ -309,6 +323,103 @@ pub fn recommend(
         }
     }
     Ok(answer)
+}
+
+/// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
+/// one direction to the other, `2 F/k`. `None` for a method that is not told a length, and where
+/// the wind-up is below what the control takes.
+fn wound_up(best: &Trial, told: &Machine, step: f64) -> Option<Trial> {
+    if !best.method.told_gap() || best.method.name() == PULSE {
+        return None;
+    }
+    // The told amount with it, in steps of the control, mm or deg.
+    let amount = move |config: &AxisConfig| {
+        let load = config.reflected_load();
+        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let wind_up = 2.0 * load.coulomb_nm / load.stiffness_nm_per_rad;
+        let wind_up = (units(config, is_rotary, wind_up) / step).round() * step;
+        let told = config
+            .compensation
+            .fixed
+            .gap?
+            .motor_rad(&config.transmission);
+        let value = units(config, is_rotary, told) + wind_up;
+        (wind_up > 0.0).then(|| gap_of((value / step).round() * step, is_rotary))
+    };
+    told.axes()
+        .iter()
+        .any(|axis| amount(&axis.config).is_some())
+        .then_some(())?;
+    let before = Arc::clone(&best.change);
+    let said = [best.said.as_str(), "gap and wind-up"];
+    let said = said.map(str::trim).into_iter().filter(|it| !it.is_empty());
+    Some(Trial {
+        method: best.method,
+        said: said.collect::<Vec<_>>().join(", "),
+        change: Arc::new(move |config| {
+            before(config);
+            if let Some(gap) = amount(config) {
+                config.compensation.tell_gap(gap);
+            }
+        }),
+    })
+}
+
+/// How much of the told amounts is wind-up, if any of it is.
+fn wind_up_note(told: &Machine, set: &Machine) -> Option<String> {
+    let parts: Vec<String> = axes(told)
+        .iter()
+        .zip(axes(set))
+        .map(|(gap, both)| (1e3 * (both.gap - gap.gap), both))
+        .filter(|(more, _)| *more > 0.0)
+        .map(|(more, axis)| {
+            let unit = if axis.is_rotary { "mdeg" } else { "um" };
+            format!("{} {more:.1} {unit}", axis.name)
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "in the amounts is the wind-up of the drive, twice the friction over the stiffness: {}",
+            parts.join(", ")
+        )
+    })
+}
+
+/// What methods would leave that no control here has; of one that does not work on this machine a note
+/// says why.
+fn beyond(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    answer: &mut ControlSettings,
+) -> Result<Vec<Better>, SimError> {
+    let mut methods = Vec::new();
+    for method in BEYOND
+        .iter()
+        .filter_map(|name| name.parse::<MethodId>().ok())
+    {
+        let refused = machine
+            .axes()
+            .iter()
+            .find_map(|axis| Some((axis.id, method.suits(&axis.config).err()?)));
+        match refused {
+            None => methods.push(Choice::Registered(method)),
+            Some((axis, error)) => answer
+                .notes
+                .push(format!("{method} is not compared: {axis}: {error}")),
+        }
+    }
+    if methods.is_empty() {
+        return Ok(Vec::new());
+    }
+    answer.runs += methods.len() as u64;
+    let run = simulate(program, machine, &without_tests(options), methods)?;
+    let better = run.results.iter().map(|result| Better {
+        method: result.method.clone(),
+        cutting: result.cutting,
+        stops: result.stop.is_some(),
+    });
+    Ok(better.collect())
 }
 
 /// Parts of the axes' largest acceleration between which a pulse's height may change: where it has
@@ -473,9 +584,9 @@ pub(crate) fn with_gap_times(config: &AxisConfig, factor: f64) -> AxisConfig {
     }
 }
 
-/// Total gap of an axis, mm or deg.
-fn gap_units(config: &AxisConfig, is_rotary: bool) -> f64 {
-    let units = config.reflected_load().gap_rad / config.transmission.motor_rad_per_unit();
+/// An angle of the motor, in mm or deg of the axis.
+fn units(config: &AxisConfig, is_rotary: bool, motor_rad: f64) -> f64 {
+    let units = motor_rad / config.transmission.motor_rad_per_unit();
     if is_rotary && config.transmission.unit() == AxisUnit::Rad {
         deg(units)
     } else {
@@ -490,8 +601,8 @@ fn told(machine: &Machine, control: Control, wanted: &RecommendOptions) -> Machi
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
-        let least =
-            gap_units(&config, is_rotary) * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
+        let least = units(&config, is_rotary, config.reflected_load().gap_rad)
+            * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
         let value = (least / step).round() * step;
         config.compensation.tell_gap(gap_of(value, is_rotary));
         // The least has been taken.

@@ -364,10 +364,17 @@ fn heidenhain(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
     for (number, axis) in linear(p, axes).into_iter().enumerate() {
         let value = short(axis.gap, 4);
         let time = axis.config.compensation.actual_value.spread_ms;
-        p.line(format!(
-            "MP710.{number} : {value}    ; iTNC 530, {}",
-            axis.name
-        ));
+        if time > 0.0 {
+            p.note(format!(
+                "{}: MP710 of the iTNC 530 has no such time, and is not what was simulated",
+                axis.name
+            ));
+        } else {
+            p.line(format!(
+                "MP710.{number} : {value}    ; iTNC 530, {}",
+                axis.name
+            ));
+        }
         p.line(format!(
             "CfgAxisComp backLash {value} filterTime {}    ; newer controls, {}",
             short(time, 1),

@@ -1,5 +1,6 @@
 //! The machine's tool on a program against the contour of the original.
 
+use super::normal::{Normals, Off};
 use super::results::Leaves;
 use super::{Original, RewriteError};
 use crate::machine::Machine;
@@ -12,20 +13,35 @@ use lostmotion_base::units::UM_PER_MM;
 /// Moves before and behind the present one that a point may lie on.
 const NEIGHBOURS: usize = 3;
 
-/// How far the tool is off the original contour, the duration, and why the machine stops.
+/// What a machine makes of a program.
+#[derive(Debug)]
+pub(super) struct Judged {
+    /// How far the tool is off the original contour.
+    pub(super) leaves: Leaves,
+    pub(super) duration_s: f64,
+    /// Why the machine stops, if it does.
+    pub(super) stop: Option<String>,
+    /// The error of each piece; empty where nobody asks for it.
+    pub(super) off: Vec<Off>,
+}
+
+/// Runs a program and measures the tool against the moves of the original.
 pub(super) fn judge(
     program: &Program,
     machine: &Machine,
     options: &SimulateOptions,
     steps: &[Original],
     of_lines: &[Option<usize>],
-) -> Result<(Leaves, f64, Option<String>), RewriteError> {
+    normals: Option<&Normals<'_>>,
+) -> Result<Judged, RewriteError> {
     let mut judge = OffContour {
         steps,
         of_lines,
         squares: 0.0,
         count: 0,
         max: 0.0,
+        off: normals.map_or_else(Vec::new, Normals::room),
+        normals,
     };
     let run = Simulation::new(program, machine)
         .method("none")
@@ -33,12 +49,15 @@ pub(super) fn judge(
         .observer(&mut judge)
         .run()?;
     let stop = run.first().and_then(|result| result.stop.as_ref());
-    let stop = stop.map(|stop| format!("line {}: {}", stop.block.span.line, stop.limit));
-    let leaves = Leaves {
-        max_um: judge.max * UM_PER_MM,
-        rms_um: (judge.squares / judge.count.max(1) as f64).sqrt() * UM_PER_MM,
-    };
-    Ok((leaves, run.plan.duration_s, stop))
+    Ok(Judged {
+        leaves: Leaves {
+            max_um: judge.max * UM_PER_MM,
+            rms_um: (judge.squares / judge.count.max(1) as f64).sqrt() * UM_PER_MM,
+        },
+        duration_s: run.plan.duration_s,
+        stop: stop.map(|stop| format!("line {}: {}", stop.block.span.line, stop.limit)),
+        off: judge.off,
+    })
 }
 
 /// Measures each point of a cut against the moves of the original around it.
@@ -48,6 +67,8 @@ struct OffContour<'a> {
     squares: f64,
     count: u64,
     max: f64,
+    normals: Option<&'a Normals<'a>>,
+    off: Vec<Off>,
 }
 
 impl Observer for OffContour<'_> {
@@ -66,18 +87,20 @@ impl Observer for OffContour<'_> {
             let at: [f64; 3] = std::array::from_fn(|axis| point.actual_mm[axis] + shift[axis]);
             let around =
                 index.saturating_sub(NEIGHBOURS)..self.steps.len().min(index + NEIGHBOURS + 1);
-            let distance = self
-                .steps
-                .get(around)
-                .unwrap_or_default()
-                .iter()
-                .filter(|step| !step.rapid)
-                .map(|step| {
-                    step.curve
-                        .nearest(at, (0.0, step.curve.length()), 1e-6)
-                        .distance
+            let nearest = around
+                .filter_map(|other| Some((other, self.steps.get(other).filter(|it| !it.rapid)?)))
+                .map(|(other, step)| {
+                    let range = (0.0, step.curve.length());
+                    (other, step.curve.nearest(at, range, 1e-6))
                 })
-                .fold(f64::INFINITY, f64::min);
+                .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
+            let Some((other, foot)) = nearest else {
+                continue;
+            };
+            if let Some(normals) = self.normals {
+                normals.add(&mut self.off, other, foot.s, at);
+            }
+            let distance = foot.distance;
             if distance.is_finite() {
                 self.squares += distance * distance;
                 self.count += 1;

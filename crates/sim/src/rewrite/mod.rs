@@ -7,34 +7,39 @@
 //!
 //! ```text
 //! lines     the program as lines; what cannot be moved is refused by its line      (text.rs)
-//! pieces    moves of the front end, cut at reversals, with the directions on them
+//! pieces    moves of the front end, cut at reversals, with the directions on them     (pieces.rs)
 //! writer    end points moved, take-ups put in: as rapids where nothing is cut          (writer.rs)
 //! judge     the machine's tool on the new program against the contour of the original (judge.rs)
+//! normal    what is left of each piece besides the gap, taken off along its normal    (normal.rs)
 //! ```
+//! The last three go round while that makes the error smaller.
 //! The new text is read again and its end points held against the pieces before anything else is
 //! done with it.
 
 mod judge;
+mod normal;
+mod pieces;
 pub mod results;
 mod text;
 mod writer;
 
 use crate::error::SimError;
 use crate::machine::Machine;
-use crate::motion::{ProgrammedMove, reversals};
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::recommend::{uncertainty, with_gap_times};
 use crate::results::HARM_UM;
 use crate::simulation::Simulation;
-use judge::judge;
+use judge::{Judged, judge};
 use lostmotion_base::AxisId;
 use lostmotion_base::units::UM_PER_MM;
+use lostmotion_gcode::Dialect;
 use lostmotion_methods::USUAL_SHARE;
-use lostmotion_path::Curve;
+use normal::{Normals, Shifts};
+use pieces::{Original, Stretch, original_lines, steps, stretches};
 use results::{Leaves, LeavesWith, Rewritten};
-use text::{Line, lines, refuse};
-use writer::{LETTERS, new_text};
+use text::{Line, lines};
+use writer::new_text;
 
 /// X, Y and Z: the axes that are moved.
 const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
@@ -44,8 +49,14 @@ const ROUNDING_MM: f64 = 2e-4;
 const BYTES_OF_A_MOVE: u64 = 100;
 /// Part of the RMS that has to be gained. A choice: less is not worth another program.
 const LEAST_GAIN: f64 = 0.1;
-/// Change of an arc's radius up to which it is cut as a circle, mm.
-const SPIRAL_MM: f64 = 2e-3;
+/// Widest interval of a gap, as a part of it. A choice: beyond, less than a fifth of it is taken up.
+const WIDEST: f64 = 0.8;
+/// Rounds of taking off what is left along the normal. A choice: the first takes off most of it.
+const ROUNDS: usize = 3;
+/// Part of the RMS that a round has to gain, and part of the original's largest error by which the largest
+/// may grow meanwhile. Choices.
+const LEAST_ROUND: f64 = 0.03;
+const MAX_SHARE: f64 = 0.1;
 /// Way of an axis that is none, mm.
 const STILL_MM: f64 = 1e-7;
 
@@ -54,6 +65,9 @@ const STILL_MM: f64 = 1e-7;
 pub struct RewriteOptions {
     /// Most that an end point is moved along an axis, um: more than half a gap of this size is refused.
     pub most_um: f64,
+    /// Most that an end point is moved against what is left besides the gap, along the normal of the
+    /// contour, um; 0 leaves that.
+    pub most_normal_um: f64,
     /// How far off the gaps may be, as a part of them, below 1; as each axis says if `None`.
     pub gap_uncertainty: Option<f64>,
     /// Most moves of a program: they are held in memory, as is its text, of a hundred bytes a move at most.
@@ -64,6 +78,7 @@ impl Default for RewriteOptions {
     fn default() -> RewriteOptions {
         RewriteOptions {
             most_um: 100.0,
+            most_normal_um: 20.0,
             gap_uncertainty: None,
             max_moves: 1_000_000,
         }
@@ -90,22 +105,21 @@ pub enum RewriteError {
     Sim(#[from] SimError),
 }
 
-/// A move of the original program.
-#[derive(Clone, Debug)]
-struct Original {
-    curve: Curve,
-    line: usize,
-    rapid: bool,
-    /// Machine less program coordinates, mm.
-    shift: [f64; 3],
+/// What is written: the moves of the original in pieces, and by how much their ends are moved.
+struct Moves<'a> {
+    steps: &'a [Original],
+    pieces: &'a [Vec<Stretch>],
+    shifts: &'a Shifts,
+    half: [f64; 3],
 }
 
-/// Part of a move on which no axis reverses.
-#[derive(Clone, Copy, Debug)]
-struct Stretch {
-    start: [f64; 3],
-    end: [f64; 3],
-    direction: [f64; 3],
+impl Judged {
+    /// Whether a further round was worth it: with a largest error that is allowed the RMS is smaller.
+    fn is_better_than(&self, other: &Judged, most_um: f64) -> bool {
+        self.stop.is_none()
+            && self.leaves.rms_um < (1.0 - LEAST_ROUND) * other.leaves.rms_um
+            && self.leaves.max_um <= most_um
+    }
 }
 
 /// The new program, and where its lines come from.
@@ -163,63 +177,194 @@ pub fn rewrite(
     })?;
     let lines = lines(source.as_bytes(), &options.limits)?;
     let steps = steps(program, machine, options, &lines, wanted.max_moves)?;
+    let pieces: Vec<Vec<Stretch>> = steps.iter().map(stretches).collect::<Result<_, _>>()?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
-    let mut answer = Rewritten {
-        schema: 1,
-        program: program.name().to_owned(),
-        machine: machine.name().to_owned(),
-        tolerance_um: options
-            .tolerance_um
-            .unwrap_or(machine.simulate().tolerance_um),
-        shift_mm: half,
-        ..Rewritten::default()
+    let mut axes = machine.axes().iter();
+    let is_told = axes.any(|axis| uncertainty(&axis.config, wanted.gap_uncertainty) > 0.0);
+    let work = Work {
+        program,
+        machine,
+        options,
+        wanted,
+        of_original: original_lines(&lines, &steps),
+        lines,
+        steps,
+        pieces,
+        dialect,
+        half,
+        least: is_told.then(|| {
+            machine.map_axes(|config| {
+                let share = uncertainty(config, wanted.gap_uncertainty);
+                with_gap_times(config, 1.0 - share)
+            })
+        }),
     };
-    let text = new_text(&lines, &steps, half, dialect, &mut answer)?;
-    answer.text = String::from_utf8_lossy(&text.text).into_owned();
-    let new = Program::from_str(program.name(), &answer.text);
-    read_again(&new, machine, options, &text)?;
-    // Both on the machine as it is described, and with smaller and larger gaps.
-    let of_original: Vec<Option<usize>> = original_lines(&lines, &steps);
-    let both = |machine: &Machine| -> Result<[(Leaves, f64, Option<String>); 2], RewriteError> {
-        Ok([
-            judge(program, machine, options, &steps, &of_original)?,
-            judge(&new, machine, options, &steps, &text.steps)?,
-        ])
-    };
-    let [before, after] = both(machine)?;
-    (answer.before, answer.time_before_s) = (before.0, before.1);
-    (answer.after, answer.time_after_s) = (after.0, after.1);
-    if let Some(stop) = after.2 {
-        answer.refused = Some(format!("the machine would stop: {stop}"));
-        return Ok(answer);
+    let before = work.judged_original(machine)?;
+    let mut normals = Normals::new(&work.steps, &work.pieces);
+    let plain = work.attempt(&Shifts::default(), &normals)?;
+    let mut best = None;
+    if wanted.most_normal_um > 0.0 && plain.judged.stop.is_none() {
+        let tolerance_um = plain.answer.tolerance_um;
+        let most_um = plain.judged.leaves.max_um + MAX_SHARE * before.leaves.max_um;
+        let most_um = if plain.judged.leaves.max_um <= tolerance_um {
+            most_um.min(tolerance_um)
+        } else {
+            most_um
+        };
+        for _ in 0..ROUNDS {
+            let last = best.as_ref().unwrap_or(&plain);
+            normals.take(&last.judged.off);
+            let shifts = normals.shifts(half, wanted.most_normal_um / UM_PER_MM);
+            // What cannot be written so is left as it is.
+            let next = work.attempt(&shifts, &normals);
+            let better = next
+                .ok()
+                .filter(|it| it.judged.is_better_than(&last.judged, most_um));
+            let Some(next) = better else { break };
+            best = Some(next);
+        }
     }
-    answer.refused = no_help(&answer.before, &answer.after, "");
-    let told = machine
-        .axes()
-        .iter()
-        .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty))
-        .fold(0.0, f64::max);
-    answer.is_uncertainty_told = told > 0.0;
-    let share = if told > 0.0 { told } else { USUAL_SHARE };
-    for factor in [1.0 - share, 1.0 + share] {
-        let end = machine.map_axes(|config| with_gap_times(config, factor));
-        let [before, after] = both(&end)?;
-        let when = format!(
-            " where the true gaps are {:.0} % of those described",
-            100.0 * factor
-        );
-        let stops = after
-            .2
-            .map(|stop| format!("the machine would stop{when}: {stop}"));
-        let refused = stops.or_else(|| no_help(&before.0, &after.0, &when));
-        answer.refused = answer.refused.or(refused);
-        answer.uncertain.push(LeavesWith {
-            factor,
-            before: before.0,
-            after: after.0,
-        });
+    if let Some(best) = best {
+        let answer = work.verdict(&before, best)?;
+        if answer.refused.is_none() {
+            return Ok(answer);
+        }
     }
-    Ok(answer)
+    work.verdict(&before, plain)
+}
+
+/// What a program is rewritten from.
+struct Work<'a> {
+    program: &'a Program,
+    machine: &'a Machine,
+    options: &'a SimulateOptions,
+    wanted: &'a RewriteOptions,
+    lines: Vec<Line>,
+    steps: Vec<Original>,
+    pieces: Vec<Vec<Stretch>>,
+    /// For each line of the original the move that it is on.
+    of_original: Vec<Option<usize>>,
+    dialect: Dialect,
+    half: [f64; 3],
+    /// The machine with the least gaps that it may have, where that is told.
+    least: Option<Machine>,
+}
+
+/// A new program, as the machine runs it.
+struct Attempt {
+    answer: Rewritten,
+    new: Program,
+    /// For each of its lines the original move that it is on.
+    of_lines: Vec<Option<usize>>,
+    judged: Judged,
+}
+
+impl Work<'_> {
+    fn judged_original(&self, machine: &Machine) -> Result<Judged, RewriteError> {
+        let (options, steps) = (self.options, &self.steps);
+        judge(
+            self.program,
+            machine,
+            options,
+            steps,
+            &self.of_original,
+            None,
+        )
+    }
+
+    /// Writes the program with displacements, reads it again, and runs it.
+    fn attempt(&self, shifts: &Shifts, normals: &Normals<'_>) -> Result<Attempt, RewriteError> {
+        let (options, machine) = (self.options, self.machine);
+        let mut answer = Rewritten {
+            schema: 1,
+            program: self.program.name().to_owned(),
+            machine: machine.name().to_owned(),
+            tolerance_um: options
+                .tolerance_um
+                .unwrap_or(machine.simulate().tolerance_um),
+            shift_mm: self.half,
+            normal_um: UM_PER_MM * shifts.most(),
+            ..Rewritten::default()
+        };
+        let moves = Moves {
+            steps: &self.steps,
+            pieces: &self.pieces,
+            shifts,
+            half: self.half,
+        };
+        let text = new_text(&self.lines, &moves, self.dialect, &mut answer)?;
+        answer.text = String::from_utf8_lossy(&text.text).into_owned();
+        let new = Program::from_str(self.program.name(), &answer.text);
+        read_again(&new, machine, options, &text)?;
+        let of = |machine: &Machine| {
+            let (steps, of_lines) = (&self.steps, &text.steps);
+            judge(&new, machine, options, steps, of_lines, Some(normals))
+        };
+        let mut judged = of(machine)?;
+        // What a gap may be more than the least is no wind-up: it stays.
+        if let Some(least) = &self.least {
+            judged.off = of(least)?.off;
+        }
+        Ok(Attempt {
+            answer,
+            new,
+            of_lines: text.steps,
+            judged,
+        })
+    }
+
+    /// Whether a new program is good to use: on the machine as it is described, and with smaller and
+    /// larger gaps.
+    fn verdict(&self, before: &Judged, attempt: Attempt) -> Result<Rewritten, RewriteError> {
+        let (machine, options) = (self.machine, self.options);
+        let Attempt {
+            mut answer,
+            new,
+            of_lines,
+            judged: after,
+        } = attempt;
+        (answer.before, answer.time_before_s) = (before.leaves, before.duration_s);
+        (answer.after, answer.time_after_s) = (after.leaves, after.duration_s);
+        if let Some(stop) = after.stop {
+            answer.refused = Some(format!("the machine would stop: {stop}"));
+            return Ok(answer);
+        }
+        answer.refused = no_help(&answer.before, &answer.after, "");
+        let told = machine
+            .axes()
+            .iter()
+            .map(|axis| uncertainty(&axis.config, self.wanted.gap_uncertainty))
+            .fold(0.0, f64::max);
+        answer.is_uncertainty_told = told > 0.0;
+        if told > WIDEST {
+            let reason = format!(
+                "it does not help enough: a gap that may be off by {:.0} % is as good as unknown, and so little of it is taken up; measure it",
+                100.0 * told
+            );
+            answer.refused.get_or_insert(reason);
+        }
+        let share = if told > 0.0 { told } else { USUAL_SHARE };
+        for factor in [1.0 - share, 1.0 + share] {
+            let end = machine.map_axes(|config| with_gap_times(config, factor));
+            let before = self.judged_original(&end)?;
+            let after = judge(&new, &end, options, &self.steps, &of_lines, None)?;
+            let when = format!(
+                " where the true gaps are {:.0} % of those described",
+                100.0 * factor
+            );
+            let stops = after
+                .stop
+                .map(|stop| format!("the machine would stop{when}: {stop}"));
+            let refused = stops.or_else(|| no_help(&before.leaves, &after.leaves, &when));
+            answer.refused = answer.refused.or(refused);
+            answer.uncertain.push(LeavesWith {
+                factor,
+                before: before.leaves,
+                after: after.leaves,
+            });
+        }
+        Ok(answer)
+    }
 }
 
 /// Why a program does not help enough, if it does not. At the ends of a wide interval the least gap
@@ -293,129 +438,6 @@ fn half_gaps(machine: &Machine, wanted: &RewriteOptions) -> Result<[f64; 3], Rew
     Ok(half)
 }
 
-/// The moves of the program, each on a line of its own.
-fn steps(
-    program: &Program,
-    machine: &Machine,
-    options: &SimulateOptions,
-    lines: &[Line],
-    max_moves: usize,
-) -> Result<Vec<Original>, RewriteError> {
-    let mut steps: Vec<Original> = Vec::new();
-    let curves = Simulation::new(program, machine)
-        .options(options.clone())
-        .curves()?;
-    for item in curves {
-        let item: ProgrammedMove = item?;
-        let block = item.motion.block;
-        let line = block.span.line as usize;
-        let rapid = item.is_rapid();
-        if steps.len() >= max_moves {
-            return Err(refuse(
-                line,
-                format!("the program has more than {max_moves} moves"),
-            ));
-        }
-        if (block.span.file, block.call_stack) != (0, 0) {
-            return Err(refuse(line, "moves of subroutines are not rewritten"));
-        }
-        let Some(text) = line.checked_sub(1).and_then(|index| lines.get(index)) else {
-            return Err(refuse(line, "the move stands on no line"));
-        };
-        let odd = text.is_not_plain();
-        if let Some(what) = odd.clone().filter(|_| !rapid) {
-            return Err(refuse(line, what));
-        }
-        if let Some(last) = steps.last()
-            && last.line >= line
-            && !(rapid && last.rapid && last.line == line && odd.is_some())
-        {
-            return Err(refuse(
-                line,
-                "the line moves more than once: loops, calls and cycles are not rewritten",
-            ));
-        }
-        let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
-        let others = AxisId::ALL.iter().filter(|axis| axis.index() >= 3);
-        if !rapid
-            && others
-                .clone()
-                .any(|axis| (start[*axis] - end[*axis]).abs() > STILL_MM)
-        {
-            return Err(refuse(
-                line,
-                "cuts that move other axes than X, Y and Z are not rewritten",
-            ));
-        }
-        if matches!(item.motion.curve, Curve::Quintic(_)) {
-            return Err(refuse(line, "splines are not rewritten"));
-        }
-        // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
-        // the joints.
-        let mut shift = [0.0; 3];
-        for (axis, shift) in shift.iter_mut().enumerate() {
-            let length = if item.is_tip {
-                0.0
-            } else {
-                item.motion.tool_mm[axis]
-            };
-            let usual = item.origin_mm[axis] + length;
-            let word = text
-                .value(LETTERS[axis])
-                .filter(|_| text.is_not_plain().is_none());
-            *shift = word.map_or(usual, |value| end.0[axis] - value * text.mm);
-        }
-        steps.push(Original {
-            curve: item.motion.curve,
-            line,
-            rapid,
-            shift,
-        });
-    }
-    Ok(steps)
-}
-
-/// A move cut where one of its axes reverses.
-fn stretches(step: &Original) -> Result<Vec<Stretch>, RewriteError> {
-    let curve = &step.curve;
-    let length = curve.length();
-    let mut cuts = vec![0.0];
-    if let Curve::Arc(arc) = curve {
-        if (arc.end_radius() - arc.start_radius()).abs() > SPIRAL_MM {
-            return Err(refuse(step.line, "spirals are not rewritten"));
-        }
-        cuts.extend(reversals(curve));
-    }
-    cuts.push(length);
-    Ok(cuts
-        .windows(2)
-        .map(|pair| {
-            let middle = curve.tangent(0.5 * (pair[0] + pair[1]));
-            let [start, end] = [pair[0], pair[1]].map(|s| curve.point(s).linear());
-            let direction = std::array::from_fn(|axis| {
-                let moves = (end[axis] - start[axis]).abs() > STILL_MM;
-                if moves { middle[axis].signum() } else { 0.0 }
-            });
-            Stretch {
-                start,
-                end,
-                direction,
-            }
-        })
-        .collect())
-}
-
-/// Which original move each line of the original is on.
-fn original_lines(lines: &[Line], steps: &[Original]) -> Vec<Option<usize>> {
-    let mut of_lines = vec![None; lines.len()];
-    for (index, step) in steps.iter().enumerate() {
-        if let Some(of_line) = of_lines.get_mut(step.line - 1) {
-            *of_line = Some(index);
-        }
-    }
-    of_lines
-}
-
 /// Reads the new program as any other and holds the end points of its moves against those meant.
 fn read_again(
     new: &Program,
@@ -426,23 +448,36 @@ fn read_again(
     let curves = Simulation::new(new, machine)
         .options(options.clone())
         .curves()?;
-    let mut meant = text.ends.iter();
-    for item in curves {
-        let item = item?;
-        let line = item.motion.block.span.line as usize;
-        let end = item.motion.curve.end().linear();
-        // Moves that go nowhere are no moves of the front end.
-        let found = meant.by_ref().find(|(on, _)| *on == line);
-        let off = found.map_or(f64::INFINITY, |(_, meant)| {
+    let mut meant = text.ends.iter().peekable();
+    let mut check = |line: usize, end: [f64; 3]| {
+        // Moves that go nowhere are no moves of the front end. A line that stays as it is may go on the
+        // way to its place by more moves than before, from half a gap aside: its last one counts.
+        while meant.next_if(|(on, _)| *on < line).is_some() {}
+        let mut found = None;
+        while let Some((_, place)) = meant.next_if(|(on, _)| *on == line) {
+            found = Some(*place);
+        }
+        let off = found.map_or(f64::INFINITY, |meant| {
             (0..3)
                 .map(|axis| (end[axis] - meant[axis]).abs())
                 .fold(0.0, f64::max)
         });
-        if off > ROUNDING_MM {
-            return Err(RewriteError::Machine(format!(
-                "line {line} of the new program does not lead where it is meant to: nothing is written; please report this program"
-            )));
+        if off <= ROUNDING_MM {
+            return Ok(());
+        }
+        Err(RewriteError::Machine(format!(
+            "line {line} of the new program does not lead where it is meant to: nothing is written; please report this program"
+        )))
+    };
+    // Where the last move of the present line ends.
+    let mut last: Option<(usize, [f64; 3])> = None;
+    for item in curves {
+        let item = item?;
+        let line = item.motion.block.span.line as usize;
+        let end = item.motion.curve.end().linear();
+        if let Some((before, end)) = last.replace((line, end)).filter(|(on, _)| *on != line) {
+            check(before, end)?;
         }
     }
-    Ok(())
+    last.map_or(Ok(()), |(line, end)| check(line, end))
 }

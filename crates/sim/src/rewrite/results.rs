@@ -47,6 +47,8 @@ pub struct Rewritten {
     pub text: String,
     /// Half of the gap of each of X, Y and Z by which end points are moved, mm.
     pub shift_mm: [f64; 3],
+    /// Most that end points are moved along the normal besides, um.
+    pub normal_um: f64,
     /// The original program.
     pub before: Leaves,
     /// The new one, against the contour of the original.

@@ -5,6 +5,8 @@ use lostmotion_gcode::Limits;
 use lostmotion_gcode::syntax::{Block, Value, parse_block};
 use std::borrow::Cow;
 
+/// Letters of the axes that are moved.
+pub(super) const LETTERS: [u8; 3] = *b"XYZ";
 /// Mark in the header of a new program, by which it is known again.
 pub(super) const MARK: &str = "rewritten by lostmotion";
 

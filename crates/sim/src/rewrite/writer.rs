@@ -1,13 +1,12 @@
 //! The new program: end points moved, arcs in pieces, take-ups put in.
 
 use super::results::Rewritten;
-use super::text::{Line, MARK, refuse};
-use super::{Original, ROUNDING_MM, RewriteError, STILL_MM, Text, stretches};
+use super::text::{LETTERS, Line, MARK, refuse};
+use super::{Moves, Original, ROUNDING_MM, RewriteError, STILL_MM, Stretch, Text};
 use lostmotion_gcode::Dialect;
 use lostmotion_path::Curve;
 
-/// Letters of the axes that are moved, and those of centres.
-pub(super) const LETTERS: [u8; 3] = *b"XYZ";
+/// Letters of centres.
 const CENTRES: [u8; 3] = *b"IJK";
 /// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
 const DECIMALS: [usize; 2] = [4, 5];
@@ -15,11 +14,11 @@ const DECIMALS: [usize; 2] = [4, 5];
 /// Writes the new program.
 pub(super) fn new_text(
     lines: &[Line],
-    steps: &[Original],
-    half: [f64; 3],
+    moves: &Moves<'_>,
     dialect: Dialect,
     answer: &mut Rewritten,
 ) -> Result<Text, RewriteError> {
+    let steps = moves.steps;
     let mut writer = NewProgram {
         out: Text::default(),
         end: lines
@@ -28,15 +27,17 @@ pub(super) fn new_text(
             .find(|end| !end.is_empty())
             .unwrap_or_else(|| b"\n".to_vec()),
         semicolon: matches!(dialect, Dialect::Marlin | Dialect::Klipper),
-        half,
+        half: moves.half,
         side: [0.0; 3],
         commanded: None,
         was_rapid: true,
     };
     let (mut next, mut is_headed) = (0, false);
+    // The first piece of the next move, counted over the whole program.
+    let mut piece = 0;
     for (index, line) in lines.iter().enumerate() {
         if !is_headed && !line.is_head() {
-            writer.header(&answer.program, &answer.machine);
+            writer.header(answer);
             is_headed = true;
         }
         let from = next;
@@ -54,10 +55,21 @@ pub(super) fn new_text(
                 ),
             ));
         }
+        let first = piece;
+        piece += moves.pieces[from..next].iter().map(Vec::len).sum::<usize>();
         match steps.get(from..next).unwrap_or_default() {
             [] => writer.line(&line.text, None),
             [step] if line.is_not_plain().is_none() => {
-                writer.step(line, step, from, answer)?;
+                let pieces: Vec<MovedPiece> = moves.pieces[from]
+                    .iter()
+                    .enumerate()
+                    .map(|(number, stretch)| MovedPiece {
+                        stretch: *stretch,
+                        shifts: moves.shifts.of(first + number),
+                        center: moves.shifts.center(first + number),
+                    })
+                    .collect();
+                writer.step(line, step, from, &pieces, answer)?;
             }
             // Rapids that are left as they are: to a place of the machine.
             others => {
@@ -76,6 +88,14 @@ pub(super) fn new_text(
     Ok(writer.out)
 }
 
+/// A piece of a move, with the displacements of its start and end besides half a gap, mm.
+struct MovedPiece {
+    stretch: Stretch,
+    shifts: [[f64; 3]; 2],
+    /// That of an arc's centre, in the axes of its plane.
+    center: [f64; 2],
+}
+
 /// Where a piece stands, and what its line has to say.
 struct PiecePlace {
     /// Its move of the original.
@@ -83,6 +103,9 @@ struct PiecePlace {
     /// Its number on that move, from 0.
     number: usize,
     is_split: bool,
+    /// Its ends are displaced along the normal, and by how much the centre is.
+    is_bent: bool,
+    center: [f64; 2],
     /// The motion in force before it is another one.
     needs_code: bool,
 }
@@ -116,14 +139,22 @@ impl NewProgram {
         }
     }
 
-    fn header(&mut self, program: &str, machine: &str) {
+    fn header(&mut self, answer: &Rewritten) {
+        let (program, machine) = (&answer.program, &answer.machine);
         let [x, y, z] = self.half.map(|half| format!("{half:.4}"));
-        for text in [
+        let normal = (answer.normal_um > 0.0).then(|| {
+            format!(
+                "end points are also moved by up to {:.4} mm along the normal against what friction and servo leave",
+                answer.normal_um * 1e-3
+            )
+        });
+        let texts = [
             format!("{program} {MARK} {} for machine {machine}", env!("CARGO_PKG_VERSION")),
             format!("for a control WITHOUT backlash compensation; half gaps in mm: X {x} Y {y} Z {z}"),
             "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap".to_owned(),
             "do not run it where the control compensates, nor after a repair of screws or bearings".to_owned(),
-        ] {
+        ];
+        for text in texts.into_iter().chain(normal) {
             let text = self.remark(&text);
             self.line(text.as_bytes(), None);
         }
@@ -152,9 +183,9 @@ impl NewProgram {
         line: &Line,
         step: &Original,
         index: usize,
+        pieces: &[MovedPiece],
         answer: &mut Rewritten,
     ) -> Result<(), RewriteError> {
-        let pieces = stretches(step)?;
         if pieces.len() > 1 {
             answer.arcs_split += 1;
             if line.has_code_behind_the_move() {
@@ -171,14 +202,28 @@ impl NewProgram {
             ));
         }
         for (number, piece) in pieces.iter().enumerate() {
-            for (side, direction) in self.side.iter_mut().zip(piece.direction) {
+            let MovedPiece {
+                stretch,
+                shifts: [first, last],
+                center,
+            } = piece;
+            for (side, direction) in self.side.iter_mut().zip(stretch.direction) {
                 if direction != 0.0 {
                     *side = direction;
                 }
             }
             let offset: [f64; 3] = std::array::from_fn(|axis| self.side[axis] * self.half[axis]);
-            let start: [f64; 3] = std::array::from_fn(|axis| piece.start[axis] + offset[axis]);
-            let end: [f64; 3] = std::array::from_fn(|axis| piece.end[axis] + offset[axis]);
+            let start: [f64; 3] =
+                std::array::from_fn(|axis| stretch.start[axis] + offset[axis] + first[axis]);
+            let from = self.commanded.filter(|_| step.rapid);
+            let end: [f64; 3] = std::array::from_fn(|axis| {
+                // An axis that a rapid does not move stays, at its home half a gap before its end.
+                let stays = stretch.direction[axis] == 0.0 && line.value(LETTERS[axis]).is_none();
+                match from.filter(|_| stays) {
+                    Some(from) => from[axis],
+                    None => stretch.end[axis] + offset[axis] + last[axis],
+                }
+            });
             let mut needs_code = number > 0;
             if !step.rapid && self.take_up(line, step, index, start, answer) {
                 needs_code = true;
@@ -187,6 +232,8 @@ impl NewProgram {
                 index,
                 number,
                 is_split: pieces.len() > 1,
+                is_bent: [first, last].iter().any(|shift| **shift != [0.0; 3]),
+                center: *center,
                 needs_code,
             };
             self.piece(line, step, [start, end], &place);
@@ -220,7 +267,9 @@ impl NewProgram {
             "G1".to_owned()
         };
         let mut names = Vec::new();
+        let mut at = from;
         for axis in moved {
+            at[axis] = start[axis];
             let letter = char::from(LETTERS[axis]);
             text.push_str(&format!(
                 " {letter}{}",
@@ -234,13 +283,13 @@ impl NewProgram {
         let remark = self.remark(&format!("backlash of {}", names.join(" ")));
         text.push_str(&format!(" {remark}"));
         self.line(text.as_bytes(), Some(index));
-        self.out.ends.push((self.out.steps.len(), start));
+        self.out.ends.push((self.out.steps.len(), at));
         if rapid {
             answer.in_the_air += 1;
         } else {
             answer.within_cuts += 1;
         }
-        self.commanded = Some(start);
+        self.commanded = Some(at);
         // What follows is a cut; a rapid that took up is no cut.
         self.was_rapid = false;
         true
@@ -257,6 +306,8 @@ impl NewProgram {
             index,
             number: piece,
             is_split,
+            is_bent,
+            center: moved,
             needs_code,
         } = *place;
         let from = self
@@ -284,26 +335,40 @@ impl NewProgram {
         if needs_code && (piece > 0 || !line.has_motion()) {
             words.push((b'G', code.to_owned()));
         }
+        // An axis without a word stays where it was sent.
+        let mut at = from;
         for axis in 0..3 {
             let is_there = piece == 0 && line.value(LETTERS[axis]).is_some();
             if is_there
                 || is_split && (end[axis] - start[axis]).abs() > STILL_MM
                 || (end[axis] - from[axis]).abs() > ROUNDING_MM
             {
+                at[axis] = end[axis];
                 words.push((LETTERS[axis], number(end[axis] - step.shift[axis], line.mm)));
             }
         }
         if let Curve::Arc(arc) = &step.curve {
+            let axes = step.curve.plane().axes();
+            // The centre goes with the piece.
+            let mut spokes = [0.0; 2];
+            for (index, (axis, center)) in axes.into_iter().zip(arc.center()).enumerate() {
+                let offset = self.side[axis] * self.half[axis] + moved[index];
+                spokes[index] = center + offset - start[axis];
+            }
             if let Some(radius) = line.value(b'R') {
-                if is_split {
-                    words.push((b'R', number(radius.abs() * line.mm, line.mm)));
+                // Without a displacement the radius stays as it was written.
+                let size = if is_bent {
+                    lostmotion_base::math::hypot(spokes[0], spokes[1])
+                } else {
+                    radius.abs() * line.mm
+                };
+                let sign = if is_split { 1.0 } else { radius.signum() };
+                if is_split || is_bent {
+                    words.push((b'R', number(sign * size, line.mm)));
                 }
-            } else if is_split {
-                let axes = step.curve.plane().axes();
-                // The centre goes with the piece.
-                for (axis, center) in axes.into_iter().zip(arc.center()) {
-                    let side = self.side[axis] * self.half[axis];
-                    words.push((CENTRES[axis], number(center + side - start[axis], line.mm)));
+            } else if is_split || is_bent {
+                for (spoke, axis) in spokes.into_iter().zip(axes) {
+                    words.push((CENTRES[axis], number(spoke, line.mm)));
                 }
             }
         }
@@ -317,8 +382,8 @@ impl NewProgram {
             text.trim_end().to_owned().into_bytes()
         };
         self.line(&text, Some(index));
-        self.out.ends.push((self.out.steps.len(), end));
-        self.commanded = Some(end);
+        self.out.ends.push((self.out.steps.len(), at));
+        self.commanded = Some(at);
     }
 }
 

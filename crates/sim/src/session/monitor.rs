@@ -4,9 +4,11 @@
 use super::frame::Frame;
 use super::outputs::Outputs;
 use crate::machine::{Machine, MachineAxis, MonitorLimits, OverloadLimit};
+use crate::method::Choice;
 use crate::results::{LimitsUsed, StopLimit};
 use lostmotion_base::{BlockRef, Tick, math};
 use lostmotion_drive::Monitored;
+use lostmotion_methods::AxisConfig;
 
 /// A stop, in the units of its axis.
 #[derive(Clone, Debug)]
@@ -35,20 +37,20 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    /// Of a machine at rest, its motors cold.
-    pub(crate) fn new(machine: &Machine) -> Monitor {
+    /// Of a machine at rest with a compensator, its motors cold.
+    pub(crate) fn new(machine: &Machine, choice: &Choice) -> Monitor {
         let period_s = machine.cycles().command().period_s();
         let servo_ticks = machine.cycles().servo_ticks();
-        let firsts = machine.axes().iter().map(MachineAxis::monitor_limits);
-        let second = machine.gantry().and_then(|gantry| {
-            let axis = machine.axis(gantry.axis)?;
-            Some(axis.monitor_limits_of(&gantry.second))
-        });
+        let firsts = machine.axes().iter().map(|axis| (axis, &axis.config));
+        let second = machine
+            .gantry()
+            .and_then(|gantry| Some((machine.axis(gantry.axis)?, &gantry.second)));
+        let motor = |(axis, config): (&MachineAxis, &AxisConfig)| MotorMonitor {
+            knows_correction: choice.told_gap(config),
+            ..MotorMonitor::new(axis.monitor_limits_of(config), period_s, servo_ticks as u64)
+        };
         Monitor {
-            motors: firsts
-                .chain(second)
-                .map(|limits| MotorMonitor::new(limits, period_s, servo_ticks as u64))
-                .collect(),
+            motors: firsts.chain(second).map(motor).collect(),
             servo_ticks,
         }
     }
@@ -135,6 +137,8 @@ struct MotorMonitor {
     heat: f64,
     last_reference: Option<f64>,
     servo_ticks: u64,
+    /// Whether the correction is the control's own amount, a told gap, which it takes off.
+    knows_correction: bool,
     /// The largest parts of the limits so far.
     used: LimitsUsed,
     /// Servo ticks at a limit up to the last cycle, and the cycles in a row of nothing else.
@@ -156,6 +160,7 @@ impl MotorMonitor {
             last_reference: None,
             used: LimitsUsed::default(),
             servo_ticks,
+            knows_correction: false,
             saturated_samples: 0,
             limited_cycles: 0,
         }
@@ -191,7 +196,12 @@ impl MotorMonitor {
         if let Some(limit) = self.limits.following {
             // The mean speed of the cycle.
             let allowed = limit.at(way / self.period_s);
-            let error = seen.reference - seen.motor;
+            let own = if self.knows_correction {
+                seen.correction
+            } else {
+                0.0
+            };
+            let error = seen.reference + own - seen.motor;
             raise(&mut self.used.following_error, error.abs() / allowed);
             if !within(error, -allowed, allowed) {
                 return passed(StopLimit::FollowingError, error, allowed);
@@ -310,6 +320,41 @@ mod tests {
                     "{speed} {part}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_amount_of_a_control_is_no_following_error() {
+        let following = FollowingLimit {
+            standstill: 0.02,
+            full_speed: 0.02,
+            speed: 5.0,
+        };
+        // A gap of 200 um taken up, and the motor at its place or off it.
+        for (knows_correction, off, trips) in [
+            (true, 0.0, false),
+            (true, 0.019, false),
+            (true, 0.021, true),
+            (false, 0.0, true),
+        ] {
+            let mut motor = MotorMonitor {
+                knows_correction,
+                ..motor(MonitorLimits {
+                    following: Some(following),
+                    ..NOTHING
+                })
+            };
+            let seen = Monitored {
+                reference: 7.0,
+                motor: 7.2 - off,
+                correction: 0.2,
+                ..Monitored::default()
+            };
+            assert_eq!(
+                motor.step(&seen).is_some(),
+                trips,
+                "{knows_correction} {off}"
+            );
         }
     }
 

@@ -191,7 +191,10 @@ impl Stepper {
             with_learning: kept.learning,
             monitors: variants
                 .iter()
-                .map(|variant| (kept.stops && variant.is_watched()).then(|| Monitor::new(machine)))
+                .map(|variant| {
+                    let choice = variant.choice().filter(|_| kept.stops)?;
+                    Some(Monitor::new(machine, choice))
+                })
                 .collect(),
             count: 0,
             peak_velocity: Coords::ZERO,

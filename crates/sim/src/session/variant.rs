@@ -46,7 +46,7 @@ impl<'a> Variant<'a> {
         }
     }
 
-    /// Its compensator.
+    /// Its compensator; `None` of the machine without a gap, which is there for comparison alone.
     pub(super) fn choice(&self) -> Option<&'a Choice> {
         self.choice
     }
@@ -64,12 +64,6 @@ impl<'a> Variant<'a> {
     /// rehearsed.
     pub(super) fn rehearsal(&self) -> Option<(f64, &'a Skips)> {
         self.rehearsed
-    }
-
-    /// Whether its control watches the motors: the machine without a gap is there for comparison
-    /// alone.
-    pub(crate) fn is_watched(&self) -> bool {
-        self.choice.is_some()
     }
 
     /// The description of a drive in this variant, with what it starts from.

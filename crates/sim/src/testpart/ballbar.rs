@@ -63,6 +63,8 @@ impl BallbarTest {
         let (left, right) = (word(x - radius), word(x + radius));
         let (y, feed) = (word(y), word(self.feed_mm_min));
         writer.line(&format!("G0 X{left} Y{y}"));
+        writer.remark("put the bar on, start its recording");
+        writer.line("M0");
         let mut lines = [0; 2];
         for (line, (code, name)) in lines
             .iter_mut()

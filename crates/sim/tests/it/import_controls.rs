@@ -328,8 +328,8 @@ fn reprapfirmware() {
     assert!(near(x.config.gap_in_unit(), 0.05));
     assert_eq!(x.config.compensation.method.name(), "fixed-by-travel");
     assert!(near(x.config.compensation.fixed_by_travel.multiple, 12.0));
-    // A gap of 0 is none, and nothing is done about it.
-    assert_eq!(z.config.gap_in_unit(), 0.0);
+    // Nothing is done about a gap of 0, and how large it is, is not told.
+    assert!(z.config.gap_in_unit() > 0.0);
     assert!(z.config.compensation.method.is_baseline());
     assert_eq!(fate(&told, "M92 E"), Fate::Ignored);
     let bad = refused("config.g", &DUET.replace("X6000 ", "X{var.v} "));
@@ -502,6 +502,34 @@ fn linuxcnc_steppers_and_its_files() {
     }
 }
 
+/// A lathe whose module is not told its coordinates: Z is joint 2, whatever [TRAJ] says, and joint 1 of
+/// nobody.
+#[test]
+fn a_lathe_has_its_z_on_joint_2() {
+    let joint = |index: usize, velocity: f64| {
+        format!(
+            "[JOINT_{index}]\nMIN_LIMIT = -10\nMAX_LIMIT = 100\nMAX_VELOCITY = {velocity}\nMAX_ACCELERATION = 300\nSTEP_SCALE = 400\nBACKLASH = 0.0{index}\n"
+        )
+    };
+    let text = format!(
+        "[KINS]\nKINEMATICS = trivkins\nJOINTS = 3\n[TRAJ]\nCOORDINATES = X Z\n{}{}{}",
+        joint(0, 20.0),
+        joint(1, 7.0),
+        joint(2, 30.0)
+    );
+    let (told, machine) = read("lathe.ini", &text);
+    let ids: Vec<AxisId> = machine.axes().iter().map(|axis| axis.id).collect();
+    assert_eq!(ids, [AxisId::X, AxisId::Z]);
+    let z = machine.axis(AxisId::Z).unwrap();
+    assert_eq!(z.limits.velocity, 30.0);
+    assert!(near(z.config.gap_in_unit(), 0.02));
+    assert_eq!(fate(&told, "[JOINT_1] MAX_VELOCITY"), Fate::Ignored);
+    // A BACKLASH of 0 says that nothing is compensated, and nothing of the machine.
+    assert_eq!(fate(&told, "[JOINT_0] BACKLASH"), Fate::Ignored);
+    let x = machine.axis(AxisId::X).unwrap();
+    assert!(x.config.gap_in_unit() > 0.0 && x.config.compensation.method.is_baseline());
+}
+
 /// Generators that only HAL has, limits that it sets, and what of it is not read.
 #[test]
 fn linuxcnc_steppers_of_hal() {
@@ -648,11 +676,13 @@ fn sinumerik_machine_data() {
     assert_eq!(x.config.compensation.method.name(), "actual-value");
     assert_eq!(machine.simulate().control, Some(Control::Siemens));
     assert_eq!(fate(&told, "$MA_POS_LIMIT_PLUS[0,AX2]"), Fate::Ignored);
-    let bad = refused("nc.arc", &SINUMERIK.replace("=0.012", "=-0.012"));
-    assert!(
-        bad.contains("nc.arc:10:1: $MA_BACKLASH[0,AX1]: is negative"),
-        "{bad}"
-    );
+    // Of an encoder at the load, or of a control that compensates nothing: the gap is not told.
+    for other in ["=-0.012", "=0"] {
+        let (told, machine) = read("nc.arc", &SINUMERIK.replace("=0.012", other));
+        assert_eq!(fate(&told, "$MA_BACKLASH[0,AX1]"), Fate::Ignored);
+        let x = machine.axis(AxisId::X).unwrap();
+        assert!(x.config.compensation.method.is_baseline() && x.config.gap_in_unit() > 0.0);
+    }
     let bad = refused(
         "nc.arc",
         &format!("$MN_SCALING_SYSTEM_IS_METRIC=0\n{SINUMERIK}"),

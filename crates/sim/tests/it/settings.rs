@@ -71,8 +71,8 @@ fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
         ..RecommendOptions::default()
     };
     let answer = settings(Control::Fanuc, &wanted);
-    // 40 um less a quarter, in detection units of 1 um
-    assert_eq!(answer.settings[0].value, "30");
+    // 40 um less a quarter, and 15.7 of wind-up, in detection units of 1 um
+    assert_eq!(answer.settings[0].value, "46");
     let factors: Vec<f64> = answer.uncertain.iter().map(|end| end.factor).collect();
     assert_eq!(factors, [0.75, 1.25]);
     // Told 30 um of 30 little is left, of 50 the rest.
@@ -127,7 +127,7 @@ fn units_and_signs_are_those_of_the_control() {
     let of = |control| settings(control, &RecommendOptions::default());
     assert_eq!(
         of(Control::Siemens).paste[0],
-        "N32450 $MA_BACKLASH[0,AX1]=0.04"
+        "N32450 $MA_BACKLASH[0,AX1]=0.0557"
     );
     let isg = of(Control::Beckhoff);
     assert_eq!(isg.settings[0].value, "400");
@@ -230,7 +230,11 @@ fn end_points_are_moved_by_half_the_gaps() {
         dialect: Some(lostmotion_gcode::Dialect::Fanuc),
         ..SimulateOptions::default()
     };
-    let new = rewrite(&part, &machine, &options, &RewriteOptions::default()).unwrap();
+    let gap_alone = RewriteOptions {
+        most_normal_um: 0.0,
+        ..RewriteOptions::default()
+    };
+    let new = rewrite(&part, &machine, &options, &gap_alone).unwrap();
     for kept in [
         "N10 G1 Z-1.02 F300 (plunge)",
         "N20 X30.02 M8",
@@ -282,6 +286,50 @@ fn end_points_are_moved_by_half_the_gaps() {
     let taken = 0.04 * 1.5 * (new.within_cuts + new.in_the_air + 4) as f64;
     let (old, new_length) = (cut(&old), cut(&curves(&rewritten)));
     assert!((new_length - old).abs() < taken, "{old} {new_length}");
+}
+
+/// Besides half the gap end points are moved against the wind-up, within a bound: on straight lines next
+/// to nothing is left.
+#[test]
+fn what_is_left_is_taken_off_along_the_normal() {
+    let text = "G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z10\nG1 Z-1 F200\nX30 F800\nY20\nG3 X20 Y30 I-10 J0\nG1 X0\nY0\nG0 Z10\nM2\n";
+    let (part, machine) = (program(text), machine());
+    let of = |most_normal_um: f64| {
+        let wanted = RewriteOptions {
+            most_normal_um,
+            ..RewriteOptions::default()
+        };
+        rewrite(&part, &machine, &SimulateOptions::default(), &wanted).unwrap()
+    };
+    let (alone, bounded, free) = (of(0.0), of(4.0), of(20.0));
+    assert_eq!((alone.normal_um, alone.refused), (0.0, None));
+    assert!(
+        (bounded.normal_um - 4.0).abs() < 1e-9,
+        "{}",
+        bounded.normal_um
+    );
+    // Friction over stiffness of the drives is 7 to 10 um.
+    assert!((7.0..15.0).contains(&free.normal_um), "{}", free.normal_um);
+    let [alone, bounded, free] = [alone.after, bounded.after, free.after];
+    println!("{alone:?} {bounded:?} {free:?}");
+    assert!(bounded.rms_um < 0.8 * alone.rms_um && free.rms_um < 0.4 * alone.rms_um);
+    assert!(free.max_um < alone.max_um + 0.1 * of(20.0).before.max_um);
+    assert!(of(20.0).text.contains("along the normal"));
+}
+
+/// A way home by a place that half a gap is missing to has a first move that the original does not have.
+#[test]
+fn a_way_home_from_half_a_gap_aside_is_kept() {
+    let text = "G21 G90 G17 G61.1\nG0 X0 Y0 Z10\nG1 X20 F900\nG1 Y20\nG28 Z10\nG90\nG0 Z8\nG1 X0 F900\nG1 Y0\nM2\n";
+    let options = SimulateOptions::default();
+    let new = rewrite(
+        &program(text),
+        &machine(),
+        &options,
+        &RewriteOptions::default(),
+    )
+    .unwrap();
+    assert!(new.text.contains("\nG28 Z10\n"), "{}", new.text);
 }
 
 #[test]

@@ -1,0 +1,158 @@
+//! The moves of a program, each on a line of its own, cut where one of their axes reverses.
+
+use super::text::{LETTERS, Line, refuse};
+use super::{RewriteError, STILL_MM};
+use crate::machine::Machine;
+use crate::motion::{ProgrammedMove, reversals};
+use crate::options::SimulateOptions;
+use crate::program::Program;
+use crate::simulation::Simulation;
+use lostmotion_base::AxisId;
+use lostmotion_path::Curve;
+
+/// Change of an arc's radius up to which it is cut as a circle, mm.
+const SPIRAL_MM: f64 = 2e-3;
+
+/// A move of the original program.
+#[derive(Clone, Debug)]
+pub(super) struct Original {
+    pub(super) curve: Curve,
+    pub(super) line: usize,
+    pub(super) rapid: bool,
+    /// Machine less program coordinates, mm.
+    pub(super) shift: [f64; 3],
+}
+
+/// Part of a move on which no axis reverses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    /// Where it begins and ends on the move's curve, mm.
+    pub(super) range: [f64; 2],
+    pub(super) start: [f64; 3],
+    pub(super) end: [f64; 3],
+    pub(super) direction: [f64; 3],
+}
+
+/// The moves of the program, each on a line of its own.
+pub(super) fn steps(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    lines: &[Line],
+    max_moves: usize,
+) -> Result<Vec<Original>, RewriteError> {
+    let mut steps: Vec<Original> = Vec::new();
+    let curves = Simulation::new(program, machine)
+        .options(options.clone())
+        .curves()?;
+    for item in curves {
+        let item: ProgrammedMove = item?;
+        let block = item.motion.block;
+        let line = block.span.line as usize;
+        let rapid = item.is_rapid();
+        if steps.len() >= max_moves {
+            return Err(refuse(
+                line,
+                format!("the program has more than {max_moves} moves"),
+            ));
+        }
+        if (block.span.file, block.call_stack) != (0, 0) {
+            return Err(refuse(line, "moves of subroutines are not rewritten"));
+        }
+        let Some(text) = line.checked_sub(1).and_then(|index| lines.get(index)) else {
+            return Err(refuse(line, "the move stands on no line"));
+        };
+        let odd = text.is_not_plain();
+        if let Some(what) = odd.clone().filter(|_| !rapid) {
+            return Err(refuse(line, what));
+        }
+        if let Some(last) = steps.last()
+            && last.line >= line
+            && !(rapid && last.rapid && last.line == line && odd.is_some())
+        {
+            return Err(refuse(
+                line,
+                "the line moves more than once: loops, calls and cycles are not rewritten",
+            ));
+        }
+        let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
+        let others = AxisId::ALL.iter().filter(|axis| axis.index() >= 3);
+        if !rapid
+            && others
+                .clone()
+                .any(|axis| (start[*axis] - end[*axis]).abs() > STILL_MM)
+        {
+            return Err(refuse(
+                line,
+                "cuts that move other axes than X, Y and Z are not rewritten",
+            ));
+        }
+        if matches!(item.motion.curve, Curve::Quintic(_)) {
+            return Err(refuse(line, "splines are not rewritten"));
+        }
+        // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
+        // the joints.
+        let mut shift = [0.0; 3];
+        for (axis, shift) in shift.iter_mut().enumerate() {
+            let length = if item.is_tip {
+                0.0
+            } else {
+                item.motion.tool_mm[axis]
+            };
+            let usual = item.origin_mm[axis] + length;
+            let word = text
+                .value(LETTERS[axis])
+                .filter(|_| text.is_not_plain().is_none());
+            *shift = word.map_or(usual, |value| end.0[axis] - value * text.mm);
+        }
+        steps.push(Original {
+            curve: item.motion.curve,
+            line,
+            rapid,
+            shift,
+        });
+    }
+    Ok(steps)
+}
+
+/// A move cut where one of its axes reverses.
+pub(super) fn stretches(step: &Original) -> Result<Vec<Stretch>, RewriteError> {
+    let curve = &step.curve;
+    let length = curve.length();
+    let mut cuts = vec![0.0];
+    if let Curve::Arc(arc) = curve {
+        if (arc.end_radius() - arc.start_radius()).abs() > SPIRAL_MM {
+            return Err(refuse(step.line, "spirals are not rewritten"));
+        }
+        cuts.extend(reversals(curve));
+    }
+    cuts.push(length);
+    Ok(cuts
+        .windows(2)
+        .map(|pair| {
+            let middle = curve.tangent(0.5 * (pair[0] + pair[1]));
+            let [start, end] = [pair[0], pair[1]].map(|s| curve.point(s).linear());
+            let direction = std::array::from_fn(|axis| {
+                let moves = (end[axis] - start[axis]).abs() > STILL_MM;
+                if moves { middle[axis].signum() } else { 0.0 }
+            });
+            Stretch {
+                range: [pair[0], pair[1]],
+                start,
+                end,
+                direction,
+            }
+        })
+        .collect())
+}
+
+/// Which original move each line of the original is on.
+pub(super) fn original_lines(lines: &[Line], steps: &[Original]) -> Vec<Option<usize>> {
+    let mut of_lines = vec![None; lines.len()];
+    for (index, step) in steps.iter().enumerate() {
+        if let Some(of_line) = of_lines.get_mut(step.line - 1) {
+            *of_line = Some(index);
+        }
+    }
+    of_lines
+}
