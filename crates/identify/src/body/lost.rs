@@ -18,6 +18,8 @@ use serde::Serialize;
 const MOVES_FROM: f64 = 6.0;
 /// Part of the motor's speed by which the load's is off while the motor crosses a gap. A choice.
 const CROSSING_SHARE: f64 = 0.5;
+/// Half windows for which the motor has to have pressed until the load no longer bounces. A choice.
+const SETTLES_WINDOWS: usize = 4;
 /// Part of the deceleration that friction holds from which on the load may be loose: part of the
 /// friction belongs to the motor, and the wind-up shrinks. A choice.
 const HELD_PART: f64 = 0.5;
@@ -197,15 +199,28 @@ fn loose(log: &BodyLog, holds: f64, crossing: &[bool]) -> Vec<bool> {
     let motion = Motion::of(log);
     let rates = Rates::new(&log.motor, motion.half, log.period_s);
     let catches = CATCHES_SHARE * motion.top_acceleration;
+    let settles = SETTLES_WINDOWS * motion.half;
     let mut loose = vec![false; log.len()];
-    let mut now = false;
+    // Samples for which the motor has pressed again; none while the load is where it should be.
+    let mut pressed: Option<usize> = None;
     for at in motion.half..log.len().saturating_sub(motion.half) {
         let (speed, acceleration) = (rates.velocity(at), rates.acceleration(at));
         let along = acceleration * speed.signum();
         if speed.abs() > motion.rest_speed {
-            now = along < -HELD_PART * holds || (now && (along < catches || crossing[at]));
+            if along < -HELD_PART * holds {
+                pressed = Some(0);
+            } else if let Some(count) = &mut pressed {
+                // It catches the load by speeding up, and keeps it.
+                let keeps = !crossing[at] && (*count > 0 || along >= catches);
+                *count = if keeps { *count + 1 } else { 0 };
+                if *count > settles {
+                    pressed = None;
+                }
+            }
+        } else if let Some(count) = &mut pressed {
+            *count = 0;
         }
-        loose[at] = now;
+        loose[at] = pressed.is_some();
     }
     loose
 }

@@ -132,7 +132,7 @@ fn a_load_that_is_thrown_between_its_flanks_is_told_apart() {
         let t = f64::from(tick) * step;
         let (before, now) = (speed(t), speed(t + step));
         // Stiff flanks with a little damping, friction that holds and slides.
-        let off = motor - load;
+        let off: f64 = motor - load;
         let wound = off - off.clamp(-0.5 * gap, 0.5 * gap);
         let contact = if wound == 0.0 {
             0.0
@@ -163,6 +163,7 @@ fn a_load_that_is_thrown_between_its_flanks_is_told_apart() {
     println!("{:?} without friction {:?}", lost.total, plain.total);
     let [low, high] = lost.total.interval;
     let truth = gap + 2.0 * friction / 2e8;
-    assert!(low <= truth && truth <= high && high - low < 0.2 * truth);
+    // Within a count of the scale.
+    assert!(low - 1e-7 <= truth && truth <= high + 1e-7 && high - low < 0.2 * truth);
     assert!((plain.total.value / truth - 1.0).abs() > 0.2);
 }

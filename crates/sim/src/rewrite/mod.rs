@@ -51,8 +51,8 @@ const BYTES_OF_A_MOVE: u64 = 100;
 const LEAST_GAIN: f64 = 0.1;
 /// Widest interval of a gap, as a part of it. A choice: beyond, less than a fifth of it is taken up.
 const WIDEST: f64 = 0.8;
-/// Rounds of taking off what is left along the normal. A choice: the first takes off most of it.
-const ROUNDS: usize = 3;
+/// Rounds of taking off what is left along the normal. A choice: the first two take off most of it.
+const ROUNDS: usize = 4;
 /// Part of the RMS that a round has to gain, and part of the original's largest error by which the largest
 /// may grow meanwhile. Choices.
 const LEAST_ROUND: f64 = 0.03;
@@ -211,17 +211,21 @@ pub fn rewrite(
         } else {
             most_um
         };
+        let mut off = plain.judged.off.clone();
         for _ in 0..ROUNDS {
-            let last = best.as_ref().unwrap_or(&plain);
-            normals.take(&last.judged.off);
+            normals.take(&off);
             let shifts = normals.shifts(half, wanted.most_normal_um / UM_PER_MM);
             // What cannot be written so is left as it is.
-            let next = work.attempt(&shifts, &normals);
-            let better = next
-                .ok()
-                .filter(|it| it.judged.is_better_than(&last.judged, most_um));
-            let Some(next) = better else { break };
-            best = Some(next);
+            let Ok(next) = work.attempt(&shifts, &normals) else {
+                break;
+            };
+            // An axis that friction holds follows only once its drive is wound up again: a round may be
+            // worse than the one before.
+            off.clone_from(&next.judged.off);
+            let last = best.as_ref().unwrap_or(&plain);
+            if next.judged.is_better_than(&last.judged, most_um) {
+                best = Some(next);
+            }
         }
     }
     if let Some(best) = best {

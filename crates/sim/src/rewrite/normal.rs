@@ -35,22 +35,29 @@ pub(super) struct Off {
     /// centre in the plane's axes and the radius.
     right: [f64; 3],
     matrix: Matrix<3>,
+    /// Of an arc the offset along its plane's normal.
+    aside: f64,
     count: u32,
 }
 
+/// The offset of a stretch, mm: of a line normal to it, and 0; of an arc those of its centre in the plane's
+/// axes, of its radius, and along the plane's normal.
+type Offset = [f64; 4];
+
 impl Off {
-    /// The mean: of a line its offset, of an arc those of centre and radius.
-    fn mean(&self, is_arc: bool) -> [f64; 3] {
+    fn mean(&self, is_arc: bool) -> Offset {
         let mean = 1.0 / f64::from(self.count);
         let right = self.right.map(|sum| sum * mean);
+        let [x, y, z] = right;
         if !is_arc {
-            return right;
+            return [x, y, z, 0.0];
         }
         let mut matrix = self.matrix.map(|row| row.map(|sum| sum * mean));
         for (i, row) in matrix.iter_mut().enumerate() {
             row[i] += SMALL;
         }
-        cholesky_solve(&cholesky(&matrix, SMALL), &right)
+        let [first, second, radius] = cholesky_solve(&cholesky(&matrix, SMALL), &right);
+        [first, second, radius, self.aside * mean]
     }
 }
 
@@ -87,8 +94,8 @@ pub(super) struct Normals<'a> {
     stretches: &'a [Vec<Stretch>],
     /// The first stretch of each move, counted over the whole program.
     first: Vec<usize>,
-    /// What is taken off, of each stretch: normal to a line, of an arc's centre and radius.
-    taken: Vec<[f64; 3]>,
+    /// What is taken off, of each stretch.
+    taken: Vec<Offset>,
 }
 
 impl<'a> Normals<'a> {
@@ -140,6 +147,7 @@ impl<'a> Normals<'a> {
         let error: [f64; 3] = std::array::from_fn(|axis| at[axis] - foot[axis]);
         if let Some(outward) = outward(&original.curve, foot) {
             let radial = dot(error, outward);
+            off.aside += error[original.curve.plane().axes()[2]];
             let row = arc_row(&original.curve, outward);
             for i in 0..3 {
                 for j in 0..3 {
@@ -187,10 +195,13 @@ impl<'a> Normals<'a> {
         let taken = self.taken[self.first[step] + number];
         match outward(curve, curve.point(s).linear()) {
             Some(outward) => {
-                let radial = dot(arc_row(curve, outward), taken);
-                outward.map(|part| part * radial)
+                let [first, second, radius, aside] = taken;
+                let radial = dot(arc_row(curve, outward), [first, second, radius]);
+                let mut offset = outward.map(|part| part * radial);
+                offset[curve.plane().axes()[2]] += aside;
+                offset
             }
-            None => taken,
+            None => [taken[0], taken[1], taken[2]],
         }
     }
 
@@ -224,7 +235,7 @@ impl<'a> Normals<'a> {
                 let minus = |v: [f64; 3]| v.map(|part| -part);
                 shifts.ends[index] = [from, to].map(|s| bounded(minus(self.at(step, number, s))));
                 if matches!(curve, Curve::Arc(_)) {
-                    let [first, second, _] = self.taken[index];
+                    let [first, second, ..] = self.taken[index];
                     let [first, second, _] = bounded([-first, -second, 0.0]);
                     shifts.centers[index] = [first, second];
                 }
