@@ -13,6 +13,10 @@ use lostmotion_base::units::UM_PER_MM;
 /// Moves before and behind the present one that a point may lie on.
 const NEIGHBOURS: usize = 3;
 
+/// Distance of a rapid, in parts of that of a cut, from which on a point is the rapid's. A choice: a rapid
+/// along a cut is as far.
+const ON_RAPID: f64 = 0.5;
+
 /// What a machine makes of a program.
 #[derive(Debug)]
 pub(super) struct Judged {
@@ -87,16 +91,24 @@ impl Observer for OffContour<'_> {
             let at: [f64; 3] = std::array::from_fn(|axis| point.actual_mm[axis] + shift[axis]);
             let around =
                 index.saturating_sub(NEIGHBOURS)..self.steps.len().min(index + NEIGHBOURS + 1);
-            let nearest = around
-                .filter_map(|other| Some((other, self.steps.get(other).filter(|it| !it.rapid)?)))
-                .map(|(other, step)| {
-                    let range = (0.0, step.curve.length());
-                    (other, step.curve.nearest(at, range, 1e-6))
-                })
-                .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
-            let Some((other, foot)) = nearest else {
+            let nearest = |rapid: bool| {
+                around
+                    .clone()
+                    .filter_map(|other| Some((other, self.steps.get(other)?)))
+                    .filter(|(_, step)| step.rapid == rapid)
+                    .map(|(other, step)| {
+                        let range = (0.0, step.curve.length());
+                        (other, step.curve.nearest(at, range, 1e-6))
+                    })
+                    .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))
+            };
+            let Some((other, foot)) = nearest(false) else {
                 continue;
             };
+            // On a rapid the tool has left its cut, whichever block it is counted to.
+            if nearest(true).is_some_and(|(_, way)| way.distance < ON_RAPID * foot.distance) {
+                continue;
+            }
             if let Some(normals) = self.normals {
                 normals.add(&mut self.off, other, foot.s, at);
             }

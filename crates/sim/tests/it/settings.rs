@@ -332,6 +332,7 @@ fn a_way_home_from_half_a_gap_aside_is_kept() {
         &RewriteOptions::default(),
     )
     .unwrap();
+    assert_eq!(new.refused, None);
     assert!(new.text.contains("\nG28 Z10\n"), "{}", new.text);
 }
 
