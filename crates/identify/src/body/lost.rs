@@ -174,8 +174,7 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
 }
 
 /// Samples at which the motor moves and the load does not follow: it crosses a gap.
-fn crossing(log: &BodyLog) -> Vec<bool> {
-    let motion = Motion::of(log);
+fn crossing(log: &BodyLog, motion: &Motion) -> Vec<bool> {
     let (motor, load) = (
         Rates::new(&log.motor, motion.half, log.period_s),
         Rates::new(&log.load, motion.half, log.period_s),
@@ -195,8 +194,7 @@ fn crossing(log: &BodyLog) -> Vec<bool> {
 
 /// Samples at which the load may be off the flank that drives it: from where the motor slows down faster
 /// than friction stops the load, over the rest behind it, until the motor has caught it again.
-fn loose(log: &BodyLog, holds: f64, crossing: &[bool]) -> Vec<bool> {
-    let motion = Motion::of(log);
+fn loose(log: &BodyLog, motion: &Motion, holds: f64, crossing: &[bool]) -> Vec<bool> {
     let rates = Rates::new(&log.motor, motion.half, log.period_s);
     let catches = CATCHES_SHARE * motion.top_acceleration;
     let settles = SETTLES_WINDOWS * motion.half;
@@ -292,11 +290,12 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     fn of(log: &BodyLog, band: f64, holds: Option<f64>) -> Rows<'_> {
-        let crossing = crossing(log);
+        let motion = Motion::of(log);
+        let crossing = crossing(log, &motion);
         Rows {
             log,
             followed: Followed::of(&log.load, band),
-            loose: holds.map_or_else(Vec::new, |holds| loose(log, holds, &crossing)),
+            loose: holds.map_or_else(Vec::new, |holds| loose(log, &motion, holds, &crossing)),
             crossing,
         }
     }

@@ -35,7 +35,7 @@ use lostmotion_base::AxisId;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_gcode::Dialect;
 use lostmotion_methods::USUAL_SHARE;
-use normal::{Normals, Shifts};
+use normal::{Normals, Off, Shifts};
 use pieces::{Original, Stretch, original_lines, steps, stretches};
 use results::{Leaves, LeavesWith, Rewritten};
 use text::{Line, lines};
@@ -179,20 +179,23 @@ pub fn rewrite(
     let steps = steps(program, machine, options, &lines, wanted.max_moves)?;
     let pieces: Vec<Vec<Stretch>> = steps.iter().map(stretches).collect::<Result<_, _>>()?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
-    let mut axes = machine.axes().iter();
-    let is_told = axes.any(|axis| uncertainty(&axis.config, wanted.gap_uncertainty) > 0.0);
+    let shares = machine
+        .axes()
+        .iter()
+        .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty));
+    let told = shares.fold(0.0, f64::max);
     let work = Work {
         program,
         machine,
         options,
-        wanted,
         of_original: original_lines(&lines, &steps),
         lines,
         steps,
         pieces,
         dialect,
         half,
-        least: is_told.then(|| {
+        told,
+        least: (told > 0.0).then(|| {
             machine.map_axes(|config| {
                 let share = uncertainty(config, wanted.gap_uncertainty);
                 with_gap_times(config, 1.0 - share)
@@ -211,8 +214,8 @@ pub fn rewrite(
         } else {
             most_um
         };
-        let mut off = plain.judged.off.clone();
-        for _ in 0..ROUNDS {
+        let mut off = work.off(&plain, &normals)?;
+        for round in 1..=ROUNDS {
             normals.take(&off);
             let shifts = normals.shifts(half, wanted.most_normal_um / UM_PER_MM);
             // What cannot be written so is left as it is.
@@ -221,7 +224,9 @@ pub fn rewrite(
             };
             // An axis that friction holds follows only once its drive is wound up again: a round may be
             // worse than the one before.
-            off.clone_from(&next.judged.off);
+            if round < ROUNDS {
+                off = work.off(&next, &normals)?;
+            }
             let last = best.as_ref().unwrap_or(&plain);
             if next.judged.is_better_than(&last.judged, most_um) {
                 best = Some(next);
@@ -242,7 +247,6 @@ struct Work<'a> {
     program: &'a Program,
     machine: &'a Machine,
     options: &'a SimulateOptions,
-    wanted: &'a RewriteOptions,
     lines: Vec<Line>,
     steps: Vec<Original>,
     pieces: Vec<Vec<Stretch>>,
@@ -250,6 +254,8 @@ struct Work<'a> {
     of_original: Vec<Option<usize>>,
     dialect: Dialect,
     half: [f64; 3],
+    /// How far off a gap may be at most, as a part of it; 0 where nobody tells.
+    told: f64,
     /// The machine with the least gaps that it may have, where that is told.
     least: Option<Machine>,
 }
@@ -300,21 +306,24 @@ impl Work<'_> {
         answer.text = String::from_utf8_lossy(&text.text).into_owned();
         let new = Program::from_str(self.program.name(), &answer.text);
         read_again(&new, machine, options, &text)?;
-        let of = |machine: &Machine| {
-            let (steps, of_lines) = (&self.steps, &text.steps);
-            judge(&new, machine, options, steps, of_lines, Some(normals))
-        };
-        let mut judged = of(machine)?;
-        // What a gap may be more than the least is no wind-up: it stays.
-        if let Some(least) = &self.least {
-            judged.off = of(least)?.off;
-        }
+        let (steps, of_lines) = (&self.steps, &text.steps);
+        let judged = judge(&new, machine, options, steps, of_lines, Some(normals))?;
         Ok(Attempt {
             answer,
             new,
             of_lines: text.steps,
             judged,
         })
+    }
+
+    /// What a new program leaves of each piece besides the gap. What a gap may be more than the least is no
+    /// wind-up: it stays.
+    fn off(&self, attempt: &Attempt, normals: &Normals<'_>) -> Result<Vec<Off>, RewriteError> {
+        let Some(least) = &self.least else {
+            return Ok(attempt.judged.off.clone());
+        };
+        let (new, of_lines, steps) = (&attempt.new, &attempt.of_lines, &self.steps);
+        Ok(judge(new, least, self.options, steps, of_lines, Some(normals))?.off)
     }
 
     /// Whether a new program is good to use: on the machine as it is described, and with smaller and
@@ -334,11 +343,7 @@ impl Work<'_> {
             return Ok(answer);
         }
         answer.refused = no_help(&answer.before, &answer.after, "");
-        let told = machine
-            .axes()
-            .iter()
-            .map(|axis| uncertainty(&axis.config, self.wanted.gap_uncertainty))
-            .fold(0.0, f64::max);
+        let told = self.told;
         answer.is_uncertainty_told = told > 0.0;
         if told > WIDEST {
             let reason = format!(
