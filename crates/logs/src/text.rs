@@ -140,16 +140,9 @@ impl Separator {
 
     /// What splits lines at this separator.
     pub(crate) fn splitter(self) -> Splitter {
-        let quoted = match self {
-            Separator::Char(separator) if separator.is_ascii() => {
-                let mut builder = csv_core::ReaderBuilder::new();
-                Some(Box::new(builder.delimiter(separator as u8).build()))
-            }
-            _ => None,
-        };
         Splitter {
             separator: self,
-            quoted,
+            quoted: None,
             bytes: Vec::new(),
             ends: Vec::new(),
         }
@@ -159,7 +152,8 @@ impl Separator {
 /// Splits lines into cells; one serves all lines of a log.
 pub(crate) struct Splitter {
     separator: Separator,
-    /// Reads lines with quotes. Its tables take longer to build than a line takes to read.
+    /// Reads lines with quotes, once there was one. Its tables take longer to build than a line takes
+    /// to read.
     quoted: Option<Box<csv_core::Reader>>,
     /// Cells of a line with quotes, one behind the other.
     bytes: Vec<u8>,
@@ -172,9 +166,13 @@ impl Splitter {
     /// separator.
     pub(crate) fn split<'a>(&mut self, line: &'a str, cells: &mut Vec<Cow<'a, str>>) {
         cells.clear();
-        match (self.separator, &mut self.quoted) {
-            (Separator::Blanks, _) => cells.extend(line.split_whitespace().map(Into::into)),
-            (_, Some(reader)) if line.contains('"') => {
+        match self.separator {
+            Separator::Blanks => cells.extend(line.split_whitespace().map(Into::into)),
+            Separator::Char(separator) if separator.is_ascii() && line.contains('"') => {
+                let reader = self.quoted.get_or_insert_with(|| {
+                    let mut builder = csv_core::ReaderBuilder::new();
+                    Box::new(builder.delimiter(separator as u8).build())
+                });
                 // Cells are never longer than their line, and never more than its bytes and one.
                 self.bytes.resize(line.len() + 1, 0);
                 self.ends.resize(line.len() + 2, 0);
@@ -195,7 +193,7 @@ impl Splitter {
                     start = end;
                 }
             }
-            (Separator::Char(separator), _) => {
+            Separator::Char(separator) => {
                 cells.extend(line.split(separator).map(|cell| cell.trim().into()));
             }
         }
