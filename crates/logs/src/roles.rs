@@ -199,6 +199,7 @@ fn role_of(format: Format, name: &str) -> Option<Role> {
         "load" | "scale" | "load_position" => Some(Role::Load),
         "current" | "iq" | "actcurrent" => Some(Role::Current),
         "torque" | "acttorque" => Some(Role::Torque),
+        "force" => Some(Role::Force),
         _ => None,
     })
 }

@@ -17,6 +17,8 @@ use std::fmt::Write;
 const ROTARY_LENDER: &str = "trunnion5";
 
 /// Places of limits: min, max, velocity, acceleration, jerk.
+const MIN: usize = 0;
+const MAX: usize = 1;
 const VELOCITY: usize = 2;
 const ACCELERATION: usize = 3;
 const JERK: usize = 4;
@@ -79,7 +81,17 @@ pub(super) fn machine(
         })?;
         // A machine that the user names lends its servos, whatever moves the axis.
         let stepper = axis.stepper.as_ref().filter(|_| named.is_none());
-        let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), &mut axes, &mut rows);
+        // Printers have their bed beyond zero, and nothing but its length is lent.
+        let from_zero = draft.size == MachineSize::Printer
+            && matches!(
+                draft.kinematics,
+                KinematicsSpec::Cartesian(_) | KinematicsSpec::CoreXy(_)
+            )
+            && !axis.rotary
+            && axis.min.is_none()
+            && axis.max.is_none();
+        let how = (stepper.is_some(), from_zero);
+        let (ends, dynamic) = limits(axis, &lender, how, &mut axes, &mut rows);
         travel.push(ends);
         match stepper {
             Some(own) => stepper::drive(axis, own, draft.size, dynamic, &mut axes, &mut rows),
@@ -230,11 +242,12 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
     }
 }
 
-/// Writes an axis' limits; gives its travel, and its velocity and acceleration.
+/// Writes an axis' limits, of one that steps, of one whose travel begins at zero; gives its travel, and its
+/// velocity and acceleration.
 fn limits(
     axis: &DraftAxis,
     lender: &Lender,
-    steps: bool,
+    (steps, from_zero): (bool, bool),
     out: &mut String,
     rows: &mut Vec<Row>,
 ) -> ((f64, f64), [f64; 2]) {
@@ -257,7 +270,11 @@ fn limits(
     let source = format!("{}:{}", lender.preset, lender.letter);
     let _ = write!(out, "\n# ---- {} ----\n[axis.{letter}.limits]\n", axis.id);
     let mut values = [0.0; 5];
-    let lent = lent(&lender.axis);
+    let mut lent = lent(&lender.axis);
+    if from_zero {
+        lent[MAX] -= lent[MIN];
+        lent[MIN] = 0.0;
+    }
     for (place, (told, key)) in told.into_iter().zip(keys).enumerate() {
         // What is told goes before what is lent, and every line says which of the two it is.
         let (value, from, fate) = match told {
@@ -266,6 +283,11 @@ fn limits(
             None if steps && place == JERK => (
                 (values[ACCELERATION] / SUDDEN_S).clamp(LEAST_JERK, MOST_JERK),
                 "guess: such controls have no limit of jerk".to_owned(),
+                Fate::Guessed,
+            ),
+            None if from_zero && (place == MIN || place == MAX) => (
+                lent[place],
+                "guess: a travel that begins at zero, as long as a mill's".to_owned(),
                 Fate::Guessed,
             ),
             None => (lent[place], format!("preset {source}"), Fate::Filled),

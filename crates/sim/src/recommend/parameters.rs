@@ -447,6 +447,7 @@ fn mitsubishi(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
 
 fn fagor(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
     p.source = "Fagor CNC 8060, 8065: installation manual (BACKLASH, BAKANOUT, BAKTIME)";
+    let mut is_pulse = false;
     for axis in linear(p, axes) {
         if method == "fixed" {
             let value = short(axis.gap, 4);
@@ -477,8 +478,11 @@ fn fagor(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
             "ms",
             "time of the exponential pulse, 0 to 100",
         );
+        is_pulse = true;
     }
-    p.needs("ACTBAKAN: the pulse on all moves, not on G2 and G3 alone, as simulated");
+    if is_pulse {
+        p.needs("ACTBAKAN: the pulse on all moves, not on G2 and G3 alone, as simulated");
+    }
     p.note("how fast the control applies BACKLASH is not published; 15 ms are taken");
 }
 

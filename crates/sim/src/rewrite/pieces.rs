@@ -10,8 +10,9 @@ use crate::simulation::Simulation;
 use lostmotion_base::AxisId;
 use lostmotion_path::Curve;
 
-/// Change of an arc's radius up to which it is cut as a circle, mm.
-const SPIRAL_MM: f64 = 2e-3;
+/// Change of an arc's radius up to which it is cut as a circle, mm: words of four decimals of an inch leave
+/// 3.6 um. A choice: as much as grbl takes.
+const SPIRAL_MM: f64 = 5e-3;
 
 /// A move of the original program.
 #[derive(Clone, Debug)]

@@ -10,6 +10,9 @@ use lostmotion_path::Curve;
 const CENTRES: [u8; 3] = *b"IJK";
 /// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
 const DECIMALS: [usize; 2] = [4, 5];
+/// By how much a centre may move for both ends of its arc to be equally far from it, mm. A choice: ends
+/// displaced by twice what is usual along the normal, with a chord of the radius.
+const MOST_EVENED_MM: f64 = 0.1;
 
 /// Writes the new program.
 pub(super) fn new_text(
@@ -355,6 +358,11 @@ impl NewProgram {
                 let offset = self.side[axis] * self.half[axis] + moved[index];
                 spokes[index] = center + offset - start[axis];
             }
+            if is_bent {
+                let [first, second, _] = axes;
+                let chord = [end[first] - start[first], end[second] - start[second]];
+                spokes = evened(spokes, chord);
+            }
             if let Some(radius) = line.value(b'R') {
                 // Without a displacement the radius stays as it was written.
                 let size = if is_bent {
@@ -387,6 +395,19 @@ impl NewProgram {
     }
 }
 
+/// A centre from an arc's start, mm, moved along the chord until both ends are equally far from it: controls
+/// refuse arcs of two radii (grbl from 5 um on). As it is where it would have to go too far.
+fn evened(spokes: [f64; 2], chord: [f64; 2]) -> [f64; 2] {
+    let squared = chord[0] * chord[0] + chord[1] * chord[1];
+    let along = chord[0] * spokes[0] + chord[1] * spokes[1];
+    let share = (0.5 * squared - along) / squared;
+    if share.abs() * squared.sqrt() <= MOST_EVENED_MM {
+        [spokes[0] + share * chord[0], spokes[1] + share * chord[1]]
+    } else {
+        spokes
+    }
+}
+
 /// A number of mm in a program's unit, with a point.
 fn number(value_mm: f64, mm: f64) -> String {
     let decimals = DECIMALS[usize::from(mm > 1.0)];
@@ -396,5 +417,24 @@ fn number(value_mm: f64, mm: f64) -> String {
         "0.".to_owned()
     } else {
         cut.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_base::math::hypot;
+
+    #[test]
+    fn both_ends_of_an_arc_are_equally_far_from_its_centre() {
+        // a quarter of a circle of 2 mm whose end was displaced by 22 um
+        let (spokes, chord) = ([2.0, 0.0], [2.0, 2.022]);
+        let [x, y] = evened(spokes, chord);
+        assert!((hypot(x, y) - hypot(x - chord[0], y - chord[1])).abs() < 1e-12);
+        assert!(hypot(x - spokes[0], y - spokes[1]) < 0.033);
+        // what is left out of a whole turn is too short to tell a direction
+        assert_eq!(evened([2.0, 0.0], [1e-4, 3e-3]), [2.0, 0.0]);
+        // a whole turn
+        assert_eq!(evened([2.0, 0.0], [0.0, 0.0]), [2.0, 0.0]);
     }
 }
