@@ -29,6 +29,10 @@ const STRIBECK_LIMIT: f64 = 0.5;
 /// of the windows that has to be there. Choices.
 const SLOW_SHARE: f64 = 0.05;
 const SLOW_WINDOWS: f64 = 0.02;
+/// Part of the windows that may be slower, and faster, and the ratio of what is left that tells viscous
+/// from Coulomb friction. Choices.
+const ALIKE: f64 = 0.1;
+const LEAST_RATIO: f64 = 1.5;
 /// Noise of the speed within a window, in parts of the speed of the decay. A choice: the decay is
 /// off by its square.
 const LOCAL_NOISE: f64 = 0.05;
@@ -183,6 +187,13 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
         ),
         Err(NoDecay::Least(most)) => body.stribeck_bound = Some(most),
     }
+    if body.coulomb.interval[1] < 0.0 && body.inertia.interval[0] > 0.0 {
+        return Err(format!(
+            "friction would drive the axis, by {:.1} to {:.1}: its columns may be of other times, or of another axis",
+            -body.coulomb.interval[1], -body.coulomb.interval[0]
+        ));
+    }
+    let together = body.apart(&speeds(log, motion));
     let told = |figure: Figure| {
         let half = 0.5 * (figure.interval[1] - figure.interval[0]);
         half <= TOLD_SHARE * figure.value.abs()
@@ -201,10 +212,12 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
             "the Coulomb friction: move steadily both ways at a slow speed",
         ),
     ] {
-        if !told(figure) {
+        let is_said = together.is_some() && figure != body.inertia;
+        if !told(figure) && !is_said {
             body.untold.push(what.to_owned());
         }
     }
+    body.untold.extend(together);
     if !body.is_one_body() {
         body.untold.push(format!(
             "inertia and friction with certainty: {:.0} % of the drive signal is not that of one body; gap and shaft move on their own, and the intervals do not hold",
@@ -224,6 +237,30 @@ impl RigidBody {
     /// drive signal, or of the position, is reversed.
     pub fn is_reversed(&self) -> bool {
         self.inertia.interval[1] < 0.0 && self.coulomb.interval[1] < 0.0
+    }
+
+    /// Widens the intervals of friction where the speeds of the windows, in their order, do not tell its parts
+    /// apart; says so.
+    fn apart(&mut self, speeds: &[f64]) -> Option<String> {
+        let at = |part: f64| speeds.get((part * (speeds.len() - 1) as f64).round() as usize);
+        let [slow, fast] = [*at(ALIKE)?, *at(1.0 - ALIKE)?];
+        let falls = self.viscous.interval[1] < 0.0;
+        if fast > LEAST_RATIO * slow && !falls {
+            return None;
+        }
+        // Where speed hardly changes the two together are told, and each of them may be all of it.
+        let drag = self.coulomb.value + self.viscous.value * slow;
+        let hull = |[low, high]: [f64; 2], most: f64| [low.min(0.0), high.max(most)];
+        self.coulomb.interval = hull(self.coulomb.interval, drag);
+        self.viscous.interval = hull(self.viscous.interval, drag / slow);
+        let why = if falls {
+            "friction falls with speed at those of this log".to_owned()
+        } else {
+            format!("the axis moves at {slow:.3} to {fast:.3} per s for most of the time")
+        };
+        Some(format!(
+            "Coulomb and viscous friction apart, because {why}: move steadily at several speeds, the fastest five times the slowest"
+        ))
     }
 
     /// The deceleration up to which friction stops the axis without the motor, per s^2: beyond, a
@@ -354,18 +391,23 @@ fn decay(
     Ok((found, stribeck))
 }
 
+/// The speeds of the windows in which the axis moves, per s, in their order.
+fn speeds(log: &BodyLog, motion: &Motion) -> Vec<f64> {
+    let rates = Rates::new(&log.motor, motion.half, log.period_s);
+    let windows = motion.half..log.len().saturating_sub(motion.half);
+    let mut speeds: Vec<f64> = windows
+        .map(|at| rates.velocity(at).abs())
+        .filter(|&speed| speed > motion.rest_speed)
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    speeds
+}
+
 /// The share of the moving windows that are slow.
 fn slow_share(log: &BodyLog, motion: &Motion) -> f64 {
-    let rates = Rates::new(&log.motor, motion.half, log.period_s);
-    let (mut moving, mut slow) = (0.0, 0.0);
-    for at in motion.half..log.len().saturating_sub(motion.half) {
-        let speed = rates.velocity(at).abs();
-        if speed > motion.rest_speed {
-            moving += 1.0;
-            slow += f64::from(u8::from(speed < SLOW_SHARE * motion.top_speed));
-        }
-    }
-    slow / f64::max(moving, 1.0)
+    let speeds = speeds(log, motion);
+    let slow = speeds.partition_point(|&speed| speed < SLOW_SHARE * motion.top_speed);
+    slow as f64 / f64::max(speeds.len() as f64, 1.0)
 }
 
 /// Samples in half of the shortest window whose speed has noise that does not count beside a speed.

@@ -490,6 +490,73 @@ fn what_a_log_does_not_tell_is_said() {
     );
 }
 
+/// At one speed Coulomb and viscous friction are one figure; friction never drives.
+#[test]
+fn friction_at_one_speed_is_not_told_apart() {
+    // strokes of 0.9 s at 5 mm/s with ramps of 10 ms, to and fro with rests
+    let (speed, ramp, stroke) = (5e-3, 0.01, 0.9);
+    let profile = |t: f64| {
+        let (number, within) = ((t / 1.0).floor(), t % 1.0);
+        let sign = if number % 2.0 == 0.0 { 1.0 } else { -1.0 };
+        let up = (within / ramp).min((stroke - within) / ramp);
+        let v = speed * up.clamp(0.0, 1.0);
+        let a = if within < ramp {
+            speed / ramp
+        } else if (stroke - ramp..stroke).contains(&within) {
+            -speed / ramp
+        } else {
+            0.0
+        };
+        (sign * v, sign * a)
+    };
+    let mut random = Random::new(18_290_001);
+    let dt = 1e-3;
+    let (mut at, mut time, mut way, mut drive) = (0.0, vec![], vec![], vec![]);
+    for sample in 0..20_000 {
+        let t = f64::from(sample) * dt;
+        let (v, a) = profile(t);
+        at += v * dt;
+        time.push(t);
+        way.push(at + 1e-7 * random.normal());
+        let friction = if v == 0.0 {
+            0.0
+        } else {
+            300.0 * v.signum() + 500.0 * v
+        };
+        drive.push(400.0 * a + friction + random.normal());
+    }
+    let log = BodyLog::from_rows(&time, way.clone(), vec![], vec![], drive.clone()).unwrap();
+    let body = fit_body(&log, &Motion::of(&log)).unwrap();
+    let holds =
+        |figure: Figure, truth: f64| (figure.interval[0]..=figure.interval[1]).contains(&truth);
+    assert!(
+        holds(body.viscous, 500.0) && holds(body.coulomb, 300.0),
+        "{body:?}"
+    );
+    assert!(
+        !body.viscous.is_told() && !body.coulomb.is_told(),
+        "{body:?}"
+    );
+    let said = body
+        .untold
+        .iter()
+        .filter(|text| text.contains("apart, because"))
+        .count();
+    assert_eq!(said, 1, "{:?}", body.untold);
+    // The same with a friction that drives.
+    let drives: Vec<f64> = time
+        .iter()
+        .map(|t| {
+            let (v, a) = profile(*t);
+            let friction = if v == 0.0 { 0.0 } else { v.signum() };
+            400.0 * a - 300.0 * friction
+        })
+        .collect();
+    let log = BodyLog::from_rows(&time, way, vec![], vec![], drives).unwrap();
+    let said = fit_body(&log, &Motion::of(&log)).unwrap_err();
+    assert!(said.contains("friction would drive the axis"), "{said}");
+}
+
 /// A pure gap is a step, of its size.
 #[test]
 fn a_gap_is_a_step() {

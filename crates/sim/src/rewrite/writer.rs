@@ -10,8 +10,9 @@ use lostmotion_path::Curve;
 const CENTRES: [u8; 3] = *b"IJK";
 /// Decimals of mm and of inch: a tenth of a micrometre and a quarter.
 const DECIMALS: [usize; 2] = [4, 5];
-/// By how much a centre may move for both ends of its arc to be equally far from it, mm. A choice: ends
-/// displaced by twice what is usual along the normal, with a chord of the radius.
+/// By how much a centre may move for both ends of its arc to be equally far from it, mm. A choice: along
+/// the chord it moves no point of less than half a turn by more than half of what the radii differ by;
+/// beyond this the chord is too short to go by.
 const MOST_EVENED_MM: f64 = 0.1;
 
 /// Writes the new program.
@@ -433,7 +434,7 @@ mod tests {
         assert!((hypot(x, y) - hypot(x - chord[0], y - chord[1])).abs() < 1e-12);
         assert!(hypot(x - spokes[0], y - spokes[1]) < 0.033);
         // what is left out of a whole turn is too short to tell a direction
-        assert_eq!(evened([2.0, 0.0], [1e-4, 3e-3]), [2.0, 0.0]);
+        assert_eq!(evened([2.0, 0.0], [1e-4, 1e-3]), [2.0, 0.0]);
         // a whole turn
         assert_eq!(evened([2.0, 0.0], [0.0, 0.0]), [2.0, 0.0]);
     }
