@@ -242,7 +242,8 @@ impl RigidBody {
     /// Widens the intervals of friction where the speeds of the windows, in their order, do not tell its parts
     /// apart; says so.
     fn apart(&mut self, speeds: &[f64]) -> Option<String> {
-        let at = |part: f64| speeds.get((part * (speeds.len() - 1) as f64).round() as usize);
+        let at =
+            |part: f64| speeds.get((part * speeds.len().saturating_sub(1) as f64).round() as usize);
         let [slow, fast] = [*at(ALIKE)?, *at(1.0 - ALIKE)?];
         let falls = self.viscous.interval[1] < 0.0;
         if fast > LEAST_RATIO * slow && !falls {
