@@ -11,15 +11,17 @@
 use lostmotion_sim::Machine;
 use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, import, rows};
 
-/// Longest included files together: a bound that inputs reach. Every file is the description itself:
-/// with more, those that include themselves take most of the time.
-const MOST_BYTES: usize = 10_000;
+/// Longest included files together: a bound that inputs reach.
+const MOST_BYTES: usize = 100_000;
+/// The same for very many texts: every file is the description itself, and those that include
+/// themselves would take most of the time.
+const MOST_BYTES_OF_MANY: usize = 10_000;
 
 /// Any text is refused with the name of the file, or gives a machine that is read as its file says,
 /// of which every value is accounted for. Whatever file a description names is the description
 /// itself.
 pub(crate) fn description(format: &str, bytes: &[u8]) {
-    any(format, bytes, true);
+    any(format, bytes, true, MOST_BYTES);
 }
 
 /// The same for very many texts: the machine is made of one in some thousand of those that are read,
@@ -29,10 +31,10 @@ pub(crate) fn many(format: &str, bytes: &[u8]) {
     let sum = bytes.iter().fold(7_u32, |sum, byte| {
         sum.wrapping_mul(31).wrapping_add(u32::from(*byte))
     });
-    any(format, bytes, sum.is_multiple_of(2048));
+    any(format, bytes, sum.is_multiple_of(2048), MOST_BYTES_OF_MANY);
 }
 
-fn any(format: &str, bytes: &[u8], is_made: bool) {
+fn any(format: &str, bytes: &[u8], is_made: bool, max_bytes: usize) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
@@ -43,7 +45,7 @@ fn any(format: &str, bytes: &[u8], is_made: bool) {
     let files = |_: &str| Ok(text.to_owned());
     let options = ImportOptions {
         files: &files,
-        max_bytes: MOST_BYTES,
+        max_bytes,
         ..ImportOptions::default()
     };
     if !is_made {
