@@ -58,6 +58,14 @@ pub enum NotExcited {
         /// Standard deviation of the torque once side and offset are taken out, over its RMS.
         variation: f64,
     },
+    /// The contact torque changes by less than the noise of the current lets tell.
+    #[error(
+        "the change of the contact torque drowns in the noise of the current, so that gap and wind-up cannot be told apart (together they are {together_rad:.3e} rad at the motor): vary the acceleration, log longer or with less noise of the current, or give the stiffness"
+    )]
+    TorqueHidden {
+        /// Gap and wind-up together: the position difference between the two sides, rad at the motor.
+        together_rad: f64,
+    },
     /// Without the motor's data, wind-up and gap look alike in this log.
     #[error(
         "the gap cannot be told, because the motor's own inertia and friction are unknown, so that gap and wind-up look alike: give the axis (--axis); together the two are {span:.6} of the log's unit"

@@ -208,6 +208,9 @@ fn motion(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Result<
     Ok(())
 }
 
+/// Deviations of the counts' rounding up to which motor and load may be apart by it alone. A choice.
+const COUNTS_APART: f64 = 3.0;
+
 /// How motor and load position go together.
 struct Travel {
     /// Travel of the load over that of the motor.
@@ -247,8 +250,12 @@ impl Travel {
     }
 }
 
-/// Whether the torque goes with the position difference the wrong way round.
+/// Whether the torque goes with the position difference the wrong way round. A difference of counts alone
+/// goes either way.
 fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
+    if Travel::of(log).apart <= COUNTS_APART * log.resolution_rad() {
+        return false;
+    }
     let half = window::half_width(settings, log.period_s());
     let inertia = settings.motor_inertia_kgm2.unwrap_or(0.0);
     let mut windows = window::averages(log, settings, inertia, half);

@@ -10,10 +10,9 @@ use lostmotion::methods::AxisConfig;
 /// so: data sheets are given to this. The interval of the log has to leave it out, too.
 const LEAST_DIFFERENCE: f64 = 0.05;
 
-/// By how much the part of the speed that is fed forward, and the integral time in parts of it, may be
-/// off. Choices: in logs of drives with known settings they were within half of it.
+/// By how much the part of the speed that is fed forward may be off. A choice: in logs of drives with
+/// known settings it was within half of it.
 const FORWARD_WITHIN: f64 = 0.05;
-const TIME_WITHIN: f64 = 0.1;
 /// Integral time of a velocity loop without an integral part, s, and that from which on it shows in no
 /// stroke.
 const NO_INTEGRAL_S: f64 = 1000.0;
@@ -260,8 +259,8 @@ impl Scales {
         let of_nearer = law.alike.filter(|_| nearer.is_some()).map(|[_, time]| time);
         let time = match law.integral_time_s {
             Some(time) => {
-                let time = of_nearer.unwrap_or(time);
-                near(time, TIME_WITHIN * time)
+                let nearer = of_nearer.unwrap_or(time.value);
+                time.times(nearer / time.value)
             }
             // So long a one is none; what is longer than strokes last looks the same.
             None => Figure {

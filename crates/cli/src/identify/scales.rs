@@ -212,11 +212,14 @@ impl Scales {
             &format!("{} s/{way}", self.drive_unit),
         );
         match law.integral_time_s {
-            Some(time) => {
+            Some(time) if time.interval[1].is_infinite() => {
                 text += &format!(
-                    "integral time of the velocity loop: {} ms\n",
-                    figures(1e3 * time)
+                    "integral time of the velocity loop: {} ms or more\n",
+                    figures(1e3 * time.interval[0])
                 );
+            }
+            Some(time) => {
+                text += &line("integral time of the velocity loop", time.times(1e3), "ms");
             }
             None => text += "the velocity loop has no integral part\n",
         }

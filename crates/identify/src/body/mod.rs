@@ -173,6 +173,21 @@ impl BodyLog {
     }
 }
 
+/// Part of a column's second differences that its samples have to be changed by for their weighted sum
+/// to be the average of the signal between them, too: 1/12, as sums and integrals of smooth signals
+/// differ by (Gregory 1670). Without it averages of logs that are slow against the servo would be
+/// larger than its speeds, by 4 % at 180 rad/s and 4 ms.
+const BETWEEN_SAMPLES: f64 = 1.0 / 12.0;
+
+/// A column with so many of its second differences added; the ends stay.
+fn with_bends(column: &[f64], part: f64) -> Vec<f64> {
+    let mut changed = column.to_vec();
+    for (at, three) in column.windows(3).enumerate() {
+        changed[at + 1] += part * (three[0] - 2.0 * three[1] + three[2]);
+    }
+    changed
+}
+
 /// Averages with a triangular window of `2 half` samples, with sums that are made once.
 struct Averages {
     half: usize,
@@ -188,7 +203,7 @@ impl Averages {
         let (mut once, mut sum) = (0.0, 0.0);
         let mut twice = Vec::with_capacity(column.len() + 1);
         twice.push(0.0);
-        for value in column {
+        for value in with_bends(column, BETWEEN_SAMPLES) {
             once += value - base;
             sum += once;
             twice.push(sum);
@@ -221,7 +236,8 @@ impl<'a> Rates<'a> {
         let mut sum = 0.0;
         let mut integral = Vec::with_capacity(column.len());
         let mut before = 0.0;
-        for value in column {
+        // The trapezoids of a bent column are too small.
+        for value in with_bends(column, -BETWEEN_SAMPLES) {
             let value = value - base;
             sum += 0.5 * (before + value) * period_s;
             before = value;

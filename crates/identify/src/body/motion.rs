@@ -153,3 +153,47 @@ pub(crate) fn noise_of(column: &[f64]) -> f64 {
     // Weights 1, 3, 3, 1 make 20 variances of one; the median of a normal's size is 0.6745.
     quantile(thirds, 0.5) / (0.674_489_750_196_082 * 20.0_f64.sqrt())
 }
+
+/// Variance of a position's noise over the windows that a fit uses, from its fourth differences: so little
+/// is left of motion in them. Counts of a motion that is even to the count have none.
+pub(crate) struct Noise {
+    /// Sums of their squares up to each sample.
+    squares: Vec<f64>,
+    sum: f64,
+    windows: usize,
+}
+
+/// Sum of the squares of the weights 1, -4, 6, -4, 1.
+const OF_FOURTH: f64 = 70.0;
+
+impl Noise {
+    pub(crate) fn of(column: &[f64]) -> Noise {
+        let mut sum = 0.0;
+        let fourth = |w: &[f64]| w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4];
+        let squares = column.windows(5).map(|five| {
+            sum += fourth(five) * fourth(five) / OF_FOURTH;
+            sum
+        });
+        Noise {
+            squares: squares.collect(),
+            sum: 0.0,
+            windows: 0,
+        }
+    }
+
+    /// Counts the window from one sample to another.
+    pub(crate) fn add(&mut self, from: usize, to: usize) {
+        let last = to.saturating_sub(4);
+        if let (Some(first), Some(last_sum)) = (self.squares.get(from), self.squares.get(last))
+            && last > from
+        {
+            self.sum += (last_sum - first) / (last - from) as f64;
+            self.windows += 1;
+        }
+    }
+
+    /// The mean over the windows.
+    pub(crate) fn mean(&self) -> f64 {
+        self.sum / self.windows.max(1) as f64
+    }
+}

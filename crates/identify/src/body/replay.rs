@@ -66,7 +66,7 @@ pub fn replay(log: &BodyLog, body: &RigidBody, servo: &ServoGains) -> Option<Rep
         let reference = (next - log.command[sample.saturating_sub(1)]) / (2.0 * period);
         let asked = position_gain * error + law.feedforward * reference - measured;
         if let Some(time) = law.integral_time_s {
-            integral += asked * period / time;
+            integral += asked * period / time.value;
         }
         let drive = (gain * (asked + integral) + law.offset).clamp(-limit, limit);
         out.drive.push(drive);

@@ -1,5 +1,6 @@
 //! Inertia and friction of an axis from its motion and what drives it.
 
+use super::motion::Noise;
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{Averages, BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
@@ -12,7 +13,15 @@ const TOLD_SHARE: f64 = 0.5;
 /// hold.
 const ONE_BODY_SHARE: f64 = 0.08;
 /// Share from which on it is not the motion's at all. A choice: the worst of sound logs leaves 0.3.
+const UNMODELLED_PART: f64 = 0.3;
 const UNRELATED_SHARE: f64 = 0.7;
+/// Part of the motor's speed that the load's may be off by in a window that counts. A choice: within it both
+/// move one way, and so does their friction.
+const FOLLOWS_SHARE: f64 = 0.5;
+/// Half windows for which the motor has to have moved one way to drive the load for certain, where the load
+/// is not logged, and the part of the top acceleration that is no braking. Choices.
+const DRIVEN_FOR: usize = 4;
+const BRAKES_SHARE: f64 = 0.02;
 /// Longest time between rows, s: an acceleration is over sooner. A choice, above all that drives log.
 const SLOWEST_S: f64 = 0.1;
 /// Standard errors from which on a further friction is believed.
@@ -33,6 +42,8 @@ const SLOW_WINDOWS: f64 = 0.02;
 /// from Coulomb friction. Choices.
 const ALIKE: f64 = 0.1;
 const LEAST_RATIO: f64 = 1.5;
+/// Part of Coulomb friction by which it has to fall over the speeds of the windows for that to count. A choice.
+const FALLS_SHARE: f64 = 0.1;
 /// Noise of the speed within a window, in parts of the speed of the decay. A choice: the decay is
 /// off by its square.
 const LOCAL_NOISE: f64 = 0.05;
@@ -53,8 +64,11 @@ const LATE: usize = 6;
 /// Breakaway times the error of the logarithm of the decay's speed.
 const STRIBECK_SPEED: usize = 7;
 const STRIBECK_SIGN: usize = 8;
+/// What the load speeds up and moves by beside the motor: its own part of inertia and viscous friction.
+const SLIP_ACCELERATION: usize = 9;
+const SLIP_SPEED: usize = 10;
 /// Number of coefficients.
-const COEFFICIENTS: usize = 9;
+const COEFFICIENTS: usize = 11;
 
 /// Friction of either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -92,6 +106,9 @@ pub struct RigidBody {
     pub viscous: Figure,
     /// Drive signal against sliding.
     pub coulomb: Figure,
+    /// Drive signal against motion at the usual speed, Coulomb and viscous friction together: told where
+    /// the two are not.
+    pub drag: Figure,
     /// Drive signal at any speed: gravity, or an offset.
     pub constant: Figure,
     /// Where the directions have certainly another viscous friction.
@@ -137,9 +154,21 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     if !both {
         return Err("the axis moves one way only: move it to and fro, friction and a constant force are told apart by the direction".to_owned());
     }
-    let plain = fit(log, motion, &Terms::default()).ok_or(
+    let mut plain = fit(log, motion, &Terms::default()).ok_or(
         "the axis never moves one way for long enough: make longer strokes at several speeds",
     )?;
+    let mut others = vec![Other::Windows, Other::Rows];
+    if log.load.is_empty() {
+        others.push(Other::Driven);
+    }
+    let others = others.into_iter().filter_map(|other| {
+        let terms = Terms {
+            other,
+            ..Terms::default()
+        };
+        Some(fit(log, motion, &terms)?.x)
+    });
+    plain.widen_to(&others.collect::<Vec<_>>());
     let share = plain.rms / plain.target_rms;
     if share > UNRELATED_SHARE {
         return Err(format!(
@@ -147,7 +176,11 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
             100.0 * share
         ));
     }
+    let speeds = speeds(log, motion);
+    let usual = speeds.get(speeds.len() / 2).copied().unwrap_or_default();
+    let drag = |x: &[f64; COEFFICIENTS]| x[COULOMB] + x[VISCOUS] * usual;
     let mut body = RigidBody {
+        drag: jackknife(drag(&plain.x), plain.without.iter().map(drag)),
         inertia: plain.figures[INERTIA],
         viscous: plain.figures[VISCOUS],
         coulomb: plain.figures[COULOMB],
@@ -187,13 +220,13 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
         ),
         Err(NoDecay::Least(most)) => body.stribeck_bound = Some(most),
     }
-    if body.coulomb.interval[1] < 0.0 && body.inertia.interval[0] > 0.0 {
+    if body.drag.interval[1] < 0.0 && body.inertia.value > 0.0 {
         return Err(format!(
             "friction would drive the axis, by {:.1} to {:.1}: its columns may be of other times, or of another axis",
-            -body.coulomb.interval[1], -body.coulomb.interval[0]
+            -body.drag.interval[1], -body.drag.interval[0]
         ));
     }
-    let together = body.apart(&speeds(log, motion));
+    let together = body.apart(&speeds);
     let told = |figure: Figure| {
         let half = 0.5 * (figure.interval[1] - figure.interval[0]);
         half <= TOLD_SHARE * figure.value.abs()
@@ -236,7 +269,7 @@ impl RigidBody {
     /// Whether the axis speeds up against what drives it and friction helps it on: the sign of the
     /// drive signal, or of the position, is reversed.
     pub fn is_reversed(&self) -> bool {
-        self.inertia.interval[1] < 0.0 && self.coulomb.interval[1] < 0.0
+        self.inertia.value < 0.0 && self.drag.interval[1] < 0.0
     }
 
     /// Widens the intervals of friction where the speeds of the windows, in their order, do not tell its parts
@@ -245,7 +278,8 @@ impl RigidBody {
         let at =
             |part: f64| speeds.get((part * speeds.len().saturating_sub(1) as f64).round() as usize);
         let [slow, fast] = [*at(ALIKE)?, *at(1.0 - ALIKE)?];
-        let falls = self.viscous.interval[1] < 0.0;
+        let fallen = self.viscous.interval[1] * (fast - slow);
+        let falls = fallen < -FALLS_SHARE * self.coulomb.value.abs();
         if fast > LEAST_RATIO * slow && !falls {
             return None;
         }
@@ -358,23 +392,18 @@ fn decay(
         return Err(NoDecay::Unclear);
     }
     // What other choices make of a figure belongs to its interval.
-    let (mut apart, mut logarithm) = ([0.0_f64; COEFFICIENTS], logarithm);
-    let mut off_by = 0.0_f64;
+    let (mut off_by, mut others) = (0.0_f64, Vec::new());
     for other in [Other::Windows, Other::Speeds, Other::Rows] {
         let terms = Terms {
             other,
             ..refined(speed)
         };
         let again = fit(log, motion, &terms).ok_or(NoDecay::Unclear)?;
-        for (apart, (one, two)) in apart.iter_mut().zip(found.x.iter().zip(again.x)) {
-            *apart = apart.max((one - two).abs());
-        }
+        others.push(again.x);
         off_by = off_by.max((off(&again.x) - off(&found.x)).abs());
     }
-    for (figure, apart) in found.figures.iter_mut().zip(apart) {
-        *figure = figure.widened(apart);
-    }
-    logarithm = logarithm.widened(off_by);
+    found.widen_to(&others);
+    let logarithm = logarithm.widened(off_by);
     let by_direction = Terms {
         sided_stribeck: true,
         ..at(speed)
@@ -450,6 +479,9 @@ enum Other {
     Speeds,
     /// Windows in which the axis may stick at the ends, or pass the fall quickly.
     Rows,
+    /// Only windows in which the motor drives the load, and has for some time: it may cross a gap behind
+    /// a reversal, and a load with little friction leaves a motor that brakes.
+    Driven,
 }
 
 /// Windows in which the axis moves one way, as rows.
@@ -463,6 +495,10 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
     // Speeds within a window are taken over half of it.
     let near = (half / 2).max(2);
     let close = Rates::new(&log.motor, near, log.period_s);
+    let load = (!log.load.is_empty()).then(|| {
+        let whole = Rates::new(&log.load, half, log.period_s);
+        (whole, Rates::new(&log.load, near, log.period_s))
+    });
     let margin = half + near + 1;
     // The fall with speed is no straight line: within a window it is averaged, not taken at the
     // average speed.
@@ -486,6 +522,7 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         let (decay, slope): (Vec<f64>, Vec<f64>) = (0..log.len()).map(of).unzip();
         (Averages::new(&decay, half), Averages::new(&slope, half))
     });
+    let mut noise = [&log.motor, &log.load, &log.drive].map(|column| Noise::of(column));
     let mut squares = Squares::new(log.len());
     // Neighbouring windows share most of their samples: half of them say as much.
     let stride = (half / 4).max(1);
@@ -494,19 +531,41 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         let sign = velocity.signum();
         // The ends of the window weigh little, but a body that sticks there tells nothing of
         // friction that falls with speed.
-        let reach = if falls.is_some() && terms.other != Other::Rows {
-            half
-        } else {
-            half / 2
-        };
+        let whole = falls.is_some() != (terms.other == Other::Rows);
+        let reach = if whole { half } else { half / 2 };
         let one_way = [at - reach, at - half / 2, at, at + half / 2, at + reach]
             .iter()
             .all(|&place| close.velocity(place) * sign > motion.rest_speed);
         if !one_way || log.touches_lost(at - half..=at + half) {
             continue;
         }
-        // An axis that passes the fall within a few samples does not show its form.
+        // While the motor crosses a gap the load's friction is not that of motion.
+        let follows = |place: usize| {
+            load.as_ref().is_none_or(|(_, load)| {
+                let speed = close.velocity(place);
+                (load.velocity(place) - speed).abs() < FOLLOWS_SHARE * speed.abs()
+            })
+        };
+        if ![at - half, at - half / 2, at, at + half / 2, at + half]
+            .into_iter()
+            .all(follows)
+        {
+            continue;
+        }
         let acceleration = rates.acceleration(at);
+        if terms.other == Other::Driven {
+            let before = at.checked_sub(DRIVEN_FOR * half);
+            let brakes = acceleration * sign < -BRAKES_SHARE * motion.top_acceleration;
+            let since = before.is_some_and(|before| {
+                (before..at)
+                    .step_by(near)
+                    .all(|place| place < margin || close.velocity(place) * sign > motion.rest_speed)
+            });
+            if brakes || !since {
+                continue;
+            }
+        }
+        // An axis that passes the fall within a few samples does not show its form.
         let passes = |speed: f64| {
             let slowest = velocity.abs() - acceleration.abs() * half as f64 * log.period_s;
             slowest < FALLEN * speed && acceleration.abs() * log.period_s > QUICK * speed
@@ -514,6 +573,9 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         if terms.other != Other::Rows && terms.stribeck_speed.is_some_and(passes) {
             continue;
         }
+        noise
+            .iter_mut()
+            .for_each(|noise| noise.add(at - half, at + half));
         let (decay, slope) = falls.as_ref().map_or((0.0, 0.0), |(decay, slope)| {
             (decay.mean(at), slope.mean(at))
         });
@@ -527,6 +589,10 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         row[VISCOUS_SIGN] = velocity.abs();
         row[STRIBECK_SPEED] = slope;
         row[STRIBECK_SIGN] = sign * decay;
+        if let Some((load, _)) = &load {
+            row[SLIP_ACCELERATION] = load.acceleration(at) - acceleration;
+            row[SLIP_SPEED] = load.velocity(at) - velocity;
+        }
         // A drive signal that comes late or early has its own rate as an error, which looks like
         // friction.
         row[LATE] = (before - here) / log.period_s;
@@ -538,5 +604,41 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
     used[STRIBECK_SPEED] = terms.refine_stribeck;
     used[STRIBECK_SIGN] = terms.sided_stribeck;
     used[VISCOUS_SIGN] = terms.sided_viscous;
-    squares.solve(&used)
+    used[SLIP_ACCELERATION] = load.is_some();
+    used[SLIP_SPEED] = load.is_some();
+    // Noise of three samples with weights 1, -2, 1, and of the means of either half; that of the motor is in
+    // what the load has beside it, too.
+    let span = half as f64 * log.period_s;
+    let per_acceleration = |square: f64| 6.0 * square / (span * span * span * span);
+    let [of_motor, of_load, of_drive] = noise.map(|noise| noise.mean());
+    let in_acceleration = per_acceleration(of_motor);
+    let mut products = vec![(INERTIA, INERTIA, in_acceleration)];
+    if load.is_some() {
+        let in_slip = in_acceleration + per_acceleration(of_load);
+        products.extend([
+            (SLIP_ACCELERATION, SLIP_ACCELERATION, in_slip),
+            (INERTIA, SLIP_ACCELERATION, -in_acceleration),
+            (
+                SLIP_SPEED,
+                SLIP_SPEED,
+                2.0 * of_load / (half as f64 * span * span),
+            ),
+        ]);
+    }
+    // Counts are no white noise: what taking them out changes belongs to the intervals. Columns that are
+    // hardly more than noise are left with it.
+    let noisy = squares.clone().solve(&used);
+    squares.without_noise(&products);
+    let Some(mut found) = squares.solve(&used) else {
+        return noisy;
+    };
+    found.widen_to(&[noisy?.x]);
+    if load.is_none() {
+        // Of white noise so much is left in the average of a window.
+        let white = of_drive * 2.0 / (3.0 * half as f64);
+        let left = (found.rms * found.rms - white).max(0.0).sqrt();
+        let [size, ..] = squares.sizes();
+        found.figures[INERTIA] = found.figures[INERTIA].widened(UNMODELLED_PART * left / size);
+    }
+    Some(found)
 }

@@ -36,6 +36,13 @@ const FORWARD_WITHIN: f64 = 0.05;
 /// of the drive signal unexplained. A choice, as before: 0.033 was seen, and 0.04 of the integral.
 const MODEL_WITHIN: f64 = 0.05;
 
+/// By how much the velocity gain may be off beside that, in parts of it. A choice: a current that follows its
+/// command by a loop of its own is not merely late, and 0.012 was seen.
+const GAIN_WITHIN: f64 = 0.02;
+
+/// Longest time between two turns of a velocity loop, s. A choice: drives have 31 us to 1 ms.
+const SLOWEST_TURN_S: f64 = 1e-3;
+
 /// What was found of a servo: `drive = velocity_gain (position_gain e + feedforward v_ref - v)` and,
 /// with an integral time `T`, the integral of the bracket over `T`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -61,7 +68,7 @@ pub struct ServoLaw {
     /// Age of the measured velocity, s, if the drive signal is not late.
     pub delay_s: f64,
     /// Integral time of the velocity loop, s; `None` without an integral part.
-    pub integral_time_s: Option<f64>,
+    pub integral_time_s: Option<Figure>,
     /// Position gain, 1/s, and integral time, s, of the law that explains the log alike: with the
     /// whole speed fed forward the two trade places. Of both, the one whose position loop is the
     /// slower comes first, as loops are set.
@@ -97,14 +104,11 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         .zip(&log.motor)
         .map(|(command, motor)| command - motor)
         .collect();
-    let mut sum = 0.0;
-    let integral: Vec<f64> = error
-        .iter()
-        .map(|error| {
-            sum += error * log.period_s;
-            sum
-        })
-        .collect();
+    // The servo sums the error up once a turn: a log that is as fast shows its sums, a slower one their
+    // integral, which is half a turn's behind. The log does not tell which: halfway, with both ends in
+    // the interval.
+    let half_turn_s = 0.25 * log.period_s.min(SLOWEST_TURN_S);
+    let integral = integral(&error, log.period_s, half_turn_s);
     let (errors, integrals) = (Averages::new(&error, half), Averages::new(&integral, half));
     let places = Averages::new(&log.motor, half);
     let (rates, commanded) = (
@@ -218,27 +222,37 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     let figure = |value: f64, fit: &SquaresFit<COEFFICIENTS>, at: usize| {
         jackknife(value, fit.without.iter().map(|x| loops(x, other)[at]))
     };
-    let (mut position_gain, mut velocity_gain) =
-        (figure(position, &found, 1), figure(gain, &found, 0));
+    let values = [gain, position, per_time];
+    let mut figures: [Figure; 3] = std::array::from_fn(|at| figure(values[at], &found, at));
     // The other end: all of the delay is the drive signal's.
     let late = rows(delay_s).solve(&laws[usize::from(has_integral)]);
     if let Some(late) = late.filter(|_| delay_s > 0.0) {
         let of_late = loops(&late.x, other);
-        position_gain = position_gain.joined(figure(of_late[1], &late, 1));
-        velocity_gain = velocity_gain.joined(figure(of_late[0], &late, 0));
+        for (at, figure_of) in figures.iter_mut().enumerate() {
+            *figure_of = figure_of.joined(figure(of_late[at], &late, at));
+        }
     }
-    // What the law does not explain may stand in any of its terms. Where the two pairs are nearly one,
-    // both are within that.
-    let mut ends = spread(&found.x, share, other);
-    let others = spread(&found.x, share, !other);
-    let is_one = has_integral && others[0] <= ends[1] && ends[0] <= others[1];
-    if is_one {
-        ends = [ends[0].min(others[0]), ends[1].max(others[1])];
+    // What the law does not explain may stand in any of its terms, and the sums of the error are those of
+    // some turn. Where the two pairs are nearly one, both are within that.
+    let off = share.min(MODEL_WITHIN);
+    let of_turn = (found.x[INTEGRAL] * half_turn_s / found.x[ERROR]).abs();
+    let [ends, others] =
+        [other, !other].map(|other| spread(&found.x, [off + of_turn, 2.0 * off], other));
+    let is_one = has_integral && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
+    for (at, figure) in figures.iter_mut().enumerate().skip(1) {
+        let [low, high] = ends[at];
+        let interval = if is_one {
+            [low.min(others[at][0]), high.max(others[at][1])]
+        } else {
+            [low, high]
+        };
+        *figure = figure.joined(Figure {
+            interval,
+            ..*figure
+        });
     }
-    position_gain = position_gain.joined(Figure {
-        interval: ends,
-        ..position_gain
-    });
+    let [velocity_gain, position_gain, per_time] = figures;
+    let velocity_gain = velocity_gain.widened(GAIN_WITHIN * velocity_gain.value);
     let [_, alike_gain, alike_rate, _] = if other { slow } else { fast };
     if !(position_gain.is_told() && velocity_gain.is_told()) {
         gains.untold.push("gains of the loops: error and speed go together in most of the log; change speed and direction more often".to_owned());
@@ -248,7 +262,7 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         position_gain_per_s: position_gain,
         velocity_gain,
         delay_s,
-        integral_time_s: (per_time > 0.0).then(|| 1.0 / per_time),
+        integral_time_s: (per_time.value > 0.0).then(|| reciprocal(per_time)),
         alike: (is_alike && !is_one).then(|| [alike_gain, 1.0 / alike_rate]),
         feedforward: forward,
         offset: found.x[OFFSET],
@@ -276,22 +290,52 @@ fn loops(x: &[f64; COEFFICIENTS], other: bool) -> [f64; 4] {
     loops_off(x, other, [0.0; 2])
 }
 
-/// Position gains, the least and the largest, that terms make which are off by what a law leaves
-/// unexplained.
-fn spread(x: &[f64; COEFFICIENTS], share: f64, other: bool) -> [f64; 2] {
-    let off = share.min(MODEL_WITHIN);
+/// What coefficients mean, at least and at most, where the terms of error and integral are off by parts.
+fn spread(
+    x: &[f64; COEFFICIENTS],
+    [of_error, of_integral]: [f64; 2],
+    other: bool,
+) -> [[f64; 2]; 4] {
     let corners = [
-        [-off, -2.0 * off],
-        [-off, 2.0 * off],
-        [off, -2.0 * off],
-        [off, 2.0 * off],
+        [-of_error, -of_integral],
+        [-of_error, of_integral],
+        [of_error, -of_integral],
+        [of_error, of_integral],
     ];
-    let gains = corners.map(|off| loops_off(x, other, off)[1]);
-    gains
+    let meant = corners.map(|off| loops_off(x, other, off));
+    std::array::from_fn(|at| {
+        meant
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], of| {
+                [least.min(of[at]), most.max(of[at])]
+            })
+    })
+}
+
+/// One over a positive figure; without an end where the figure may be zero.
+fn reciprocal(figure: Figure) -> Figure {
+    let [low, high] = figure.interval;
+    Figure {
+        value: 1.0 / figure.value,
+        error: figure.error / (figure.value * figure.value),
+        interval: [
+            1.0 / high,
+            if low > 0.0 { 1.0 / low } else { f64::INFINITY },
+        ],
+    }
+}
+
+/// The integral of an error, a part of a turn later.
+fn integral(error: &[f64], period_s: f64, later_s: f64) -> Vec<f64> {
+    let (mut sum, mut before) = (0.0, 0.0);
+    error
         .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], gain| {
-            [least.min(*gain), most.max(*gain)]
+        .map(|&error| {
+            sum += 0.5 * (before + error) * period_s;
+            before = error;
+            sum + later_s * error
         })
+        .collect()
 }
 
 /// The same of terms of error and integral that are off by parts of them.

@@ -8,6 +8,10 @@ use crate::spread::student_975;
 /// above the normal quantile, and a block of an ordinary log holds more than one stroke.
 pub(crate) const BLOCKS: usize = 20;
 
+/// Part of a column's square that is taken for noise at most. A choice: a column that is noise for the most
+/// part tells nothing.
+const MOST_NOISE: f64 = 0.8;
+
 /// Sums of one block.
 #[derive(Clone, Copy)]
 struct Sums<const P: usize> {
@@ -72,6 +76,7 @@ impl<const P: usize> Sums<P> {
 }
 
 /// Rows of a linear problem, summed by blocks.
+#[derive(Clone)]
 pub(crate) struct Squares<const P: usize> {
     blocks: Vec<Sums<P>>,
     per_block: usize,
@@ -113,6 +118,34 @@ impl<const P: usize> Squares<P> {
         sums.rows += 1.0;
     }
 
+    /// Takes the noise of columns out of the sums, by what it makes of the products of two of them in a
+    /// row: noise in a measured column makes its coefficient too small (errors in variables). No column
+    /// loses more than a part of its square.
+    pub(crate) fn without_noise(&mut self, products: &[(usize, usize, f64)]) {
+        let sum = |of: &dyn Fn(&Sums<P>) -> f64| self.blocks.iter().map(of).sum::<f64>();
+        let rows = sum(&|block| block.rows);
+        let part = products
+            .iter()
+            .filter(|(i, j, product)| i == j && *product > 0.0)
+            .map(|&(i, _, square)| MOST_NOISE * sum(&|block| block.matrix[i][i]) / (rows * square))
+            .fold(1.0, f64::min);
+        for block in &mut self.blocks {
+            for &(i, j, product) in products {
+                block.matrix[i][j] -= part * product * block.rows;
+                if i != j {
+                    block.matrix[j][i] -= part * product * block.rows;
+                }
+            }
+        }
+    }
+
+    /// Root mean squares of the columns.
+    pub(crate) fn sizes(&self) -> [f64; P] {
+        let sum = |of: &dyn Fn(&Sums<P>) -> f64| self.blocks.iter().map(of).sum::<f64>();
+        let rows = sum(&|block| block.rows);
+        std::array::from_fn(|at| (sum(&|block| block.matrix[at][at]) / rows).sqrt())
+    }
+
     /// Solves for the columns that are used; `None` where the rows do not tell them.
     pub(crate) fn solve(&self, used: &[bool; P]) -> Option<SquaresFit<P>> {
         let mut whole = Sums::ZERO;
@@ -137,6 +170,16 @@ impl<const P: usize> Squares<P> {
             rows: whole.rows as usize,
             without,
         })
+    }
+}
+
+impl<const P: usize> SquaresFit<P> {
+    /// Widens the intervals by as much as what other choices find is off.
+    pub(crate) fn widen_to(&mut self, others: &[[f64; P]]) {
+        for (at, figure) in self.figures.iter_mut().enumerate() {
+            let off = others.iter().map(|other| (figure.value - other[at]).abs());
+            *figure = figure.widened(off.fold(0.0, f64::max));
+        }
     }
 }
 
