@@ -13,6 +13,22 @@ const INTEGRAL_GAIN: f64 = 0.7;
 /// and load, far above any following error of whole strokes and below any wrong unit.
 const FOLLOWS_WITHIN: f64 = 0.2;
 
+/// Part of the top speed from which on a row tells the lag at a steady speed, and part of it by which the motor's
+/// may differ there. Choices: the error is settled to as much.
+const FAST_SHARE: f64 = 0.1;
+const STEADY_WITHIN: f64 = 0.02;
+/// By how much the lag may be off that steady rows tell, in parts of it: integral parts settle slowly. A choice: in
+/// logs of drives with known settings 0.032 was seen.
+const STEADY_OFF: f64 = 0.03;
+/// By how much the lag may be off that motion tells which is never steady, in parts of it. A choice: in logs of
+/// drives with known settings 0.07 was seen.
+const UNSTEADY_WITHIN: f64 = 0.1;
+
+/// Lags of a position loop that are tried, s. Choices: gains from 1/s, far below those of machine tools, on.
+const SHORTEST_LAG_S: f64 = 2e-3;
+const LONGEST_LAG_S: f64 = 1.0;
+const LAG_GROWTH: f64 = 1.5;
+
 /// Columns of the law.
 const ERROR: usize = 0;
 const VELOCITY: usize = 1;
@@ -91,7 +107,7 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     if log.command.is_empty() {
         return Err("the log has no command: lag and gains are not told".to_owned());
     }
-    let slope = follows(&log.command, &log.motor);
+    let slope = follows(&log.command, &log.motor, log.period_s);
     if (slope - 1.0).abs() > FOLLOWS_WITHIN {
         return Err(format!(
             "the motor moves {slope:.4} times as far as its command: a sign, a unit, or the command of another axis"
@@ -117,15 +133,34 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     );
     let range = half..log.len().saturating_sub(half);
     let stride = (half / 4).max(1);
-    // The lag: error against the command's speed, with its acceleration beside.
-    let mut lag = Squares::<3>::new(log.len());
+    // The lag: error against speed where both are steady, with what the motor is slower by beside. Without
+    // such rows against the speeds of motor and command, whose parts add up at a steady speed: of a position
+    // loop alone the error goes with the motor's, in strokes that are shorter than the lag, too.
+    let (mut steady, mut moving) = (Squares::<3>::new(log.len()), Squares::<4>::new(log.len()));
     for at in range.step_by(stride) {
-        if !log.touches_lost(at - half..=at + half) {
-            let row = [commanded.velocity(at), commanded.acceleration(at), 1.0];
-            lag.add(at, row, errors.mean(at));
+        if log.touches_lost(at - half..=at + half) {
+            continue;
+        }
+        let (error, asked, speed) = (errors.mean(at), commanded.velocity(at), rates.velocity(at));
+        moving.add(at, [speed, asked, rates.acceleration(at), 1.0], error);
+        let slower = asked - speed;
+        if asked.abs() > FAST_SHARE * motion.top_speed && slower.abs() < STEADY_WITHIN * asked.abs()
+        {
+            steady.add(at, [asked, slower, 1.0], error);
         }
     }
-    let Some(lag) = lag.solve(&[true; 3]) else {
+    let lag = match steady.solve(&[true; 3]) {
+        Some(found) => {
+            let lag = found.figures[0];
+            Some(lag.widened(STEADY_OFF * lag.value.abs()))
+        }
+        None => moving.solve(&[true; 4]).map(|found| {
+            let both = |x: &[f64; 4]| x[0] + x[1];
+            let lag = jackknife(both(&found.x), found.without.iter().map(both));
+            lag.widened(UNSTEADY_WITHIN * lag.value.abs())
+        }),
+    };
+    let Some(lag) = lag else {
         let moves = log.command.windows(2).any(|pair| pair[0] != pair[1]);
         let why = if moves {
             "the command speeds up and slows down too little"
@@ -135,7 +170,7 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         return Err(format!("{why}: lag and gains are not told"));
     };
     let mut gains = ServoGains {
-        lag_s: lag.figures[0],
+        lag_s: lag,
         law: None,
         untold: Vec::new(),
     };
@@ -271,16 +306,40 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     Ok(gains)
 }
 
-/// How far a motor moves for its command, by least squares.
-fn follows(command: &[f64], motor: &[f64]) -> f64 {
+/// How far a motor moves for its command, by least squares, at the lag of a position loop with which the two
+/// go together best.
+fn follows(command: &[f64], motor: &[f64], period_s: f64) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (c, m) = (mean(command), mean(motor));
-    let (mut product, mut square) = (0.0, 0.0);
-    for (command, motor) in command.iter().zip(motor) {
-        product += (command - c) * (motor - m);
-        square += (command - c) * (command - c);
+    let m = mean(motor);
+    let of_lag = |lag_s: f64| {
+        let share = period_s / (period_s + lag_s);
+        let mut behind = command.first().copied().unwrap_or_default();
+        let followed: Vec<f64> = command
+            .iter()
+            .map(|command| {
+                behind += share * (command - behind);
+                behind
+            })
+            .collect();
+        let c = mean(&followed);
+        let (mut product, mut square) = (0.0, 0.0);
+        for (command, motor) in followed.iter().zip(motor) {
+            product += (command - c) * (motor - m);
+            square += (command - c) * (command - c);
+        }
+        // What is left is least where this is most.
+        (product * product / square, product / square)
+    };
+    let tried = std::iter::successors(Some(SHORTEST_LAG_S), |lag| Some(LAG_GROWTH * lag));
+    let tried = tried.take_while(|lag| *lag < LONGEST_LAG_S);
+    let (mut most, mut slope) = of_lag(0.0);
+    for lag in tried {
+        let (explained, of_it) = of_lag(lag);
+        if explained > most {
+            (most, slope) = (explained, of_it);
+        }
     }
-    product / square
+    slope
 }
 
 /// What coefficients mean: velocity gain, position gain, 1/T, feed-forward. Position gain `k` and

@@ -5,6 +5,7 @@
     reason = "std's functions are independent of those under test"
 )]
 
+use crate::rig::ballscrew::BallScrew;
 use lostmotion_base::random::Random;
 use lostmotion_identify::body::{
     BodyLog, Figure, Motion, fit_body, fit_lost_motion, fit_servo, replay,
@@ -555,6 +556,135 @@ fn friction_at_one_speed_is_not_told_apart() {
     let log = BodyLog::from_rows(&time, way, vec![], vec![], drives).unwrap();
     let said = fit_body(&log, &Motion::of(&log)).unwrap_err();
     assert!(said.contains("friction would drive the axis"), "{said}");
+}
+
+/// Axes with a gap and a shaft: while the motor crosses the gap the load's part of it all is missing, and
+/// with the load in the log that is told apart. Without it the intervals are wider and hold, too.
+#[test]
+fn inertia_and_friction_of_axes_with_a_gap_hold_the_truth() {
+    let mut held = [[0; 3]; 2];
+    let mut errors = Vec::new();
+    let seeds = 7_120_000..7_120_016;
+    for seed in seeds.clone() {
+        let axis = BallScrew {
+            seconds: 20.0,
+            noise: 0.002,
+            ..BallScrew::random(seed)
+        };
+        let rows = axis.record();
+        let r = axis.rad_per_mm() * 1e3;
+        let metres = |column: &[f64]| column.iter().map(|value| 1e-3 * value).collect::<Vec<_>>();
+        let force: Vec<f64> = rows
+            .current_a
+            .iter()
+            .map(|current| current * axis.torque_constant * r)
+            .collect();
+        let truth = [
+            (axis.motor_inertia + axis.load_inertia) * r * r,
+            (axis.motor_viscous + axis.load_viscous) * r * r,
+            (axis.motor_coulomb + axis.load_coulomb) * r,
+        ];
+        for (which, load) in [metres(&rows.load_mm), Vec::new()].into_iter().enumerate() {
+            let motor = metres(&rows.motor_mm);
+            let log = BodyLog::from_rows(&rows.time_s, motor, load, vec![], force.clone());
+            let log = log.unwrap();
+            let body = fit_body(&log, &Motion::of(&log)).unwrap();
+            if which == 0 {
+                assert!(body.is_one_body(), "{seed}: {body:?}");
+                errors.push((body.inertia.value / truth[0] - 1.0).abs());
+            }
+            let found = [body.inertia, body.viscous, body.coulomb];
+            for (at, (found, truth)) in found.into_iter().zip(truth).enumerate() {
+                let [low, high] = found.interval;
+                held[which][at] += i32::from(low <= truth && truth <= high || !body.is_one_body());
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    println!("held {held:?} of {}, errors {errors:?}", seeds.count());
+    assert!(held.iter().flatten().all(|held| *held >= 14), "{held:?}");
+    assert!(errors[8] < 1e-3 && errors[15] < 0.02, "{errors:?}");
+}
+
+/// Rows every 4 ms: averages of such a log and its speeds have to be those of one signal, and the servo sums
+/// the error up faster.
+#[test]
+fn gains_are_found_in_slow_logs() {
+    let mut random = Random::new(18_280_003);
+    let mut held = [0; 3];
+    for _ in 0..12 {
+        let axis = Axis::drawn(&mut random);
+        let log = axis.log(&mut random);
+        let fourth = |column: &[f64]| column.iter().copied().step_by(4).collect::<Vec<_>>();
+        let rows = fourth(&log.motor);
+        let time: Vec<f64> = (0..rows.len())
+            .map(|row| 4.0 * log.period_s * row as f64)
+            .collect();
+        let (command, drive) = (fourth(&log.command), fourth(&log.drive));
+        let slow = BodyLog::from_rows(&time, rows, vec![], command, drive).unwrap();
+        let law = fit_servo(&slow, &Motion::of(&slow)).unwrap().law.unwrap();
+        println!(
+            "{} {} {} {law:?}",
+            axis.position_gain, axis.velocity_gain, axis.integral_time
+        );
+        // With nearly the whole speed fed forward two pairs explain the log alike.
+        let near = |found: f64, truth: f64| (found / truth - 1.0).abs() < 0.15;
+        let other = law.alike.is_some_and(|[gain, time]| {
+            near(gain, axis.position_gain) && near(time, axis.integral_time)
+        });
+        let figures = [
+            law.position_gain_per_s,
+            law.velocity_gain,
+            law.integral_time_s.unwrap(),
+        ];
+        let truth = [axis.position_gain, axis.velocity_gain, axis.integral_time];
+        for (at, (found, truth)) in figures.into_iter().zip(truth).enumerate() {
+            let [low, high] = found.interval;
+            let is_held = low <= truth && truth <= high;
+            held[at] += i32::from(is_held || other && at != 1);
+        }
+    }
+    println!("{held:?} of 12");
+    assert!(held.iter().all(|held| *held >= 11), "{held:?}");
+}
+
+/// Strokes that are shorter than the lag: the motor moves less far than its command, and later. The lag is that
+/// at a steady speed, of a command whose unit is right.
+#[test]
+fn a_lag_as_long_as_a_stroke_is_told() {
+    let (period, lag) = (2e-3, 0.15);
+    let mut motor = Vec::new();
+    let mut place: f64 = 0.0;
+    let command: Vec<f64> = (0..12_000)
+        .map(|row| {
+            let t = f64::from(row) * period;
+            // Strokes of 10 mm in 0.5, 1 and 0.2 s, to and fro without a rest.
+            let stroke = [0.5, 1.0, 0.2][(t / 8.0) as usize % 3];
+            let phase = (t / stroke) % 2.0;
+            0.01 * if phase < 1.0 { phase } else { 2.0 - phase }
+        })
+        .collect();
+    for command in &command {
+        for _ in 0..20 {
+            place += period / 20.0 / lag * (command - place);
+        }
+        motor.push((place * 1e7).round() * 1e-7);
+    }
+    let time: Vec<f64> = (0..12_000).map(|row| f64::from(row) * period).collect();
+    let fit = |motor: Vec<f64>| {
+        let log = BodyLog::from_rows(&time, motor, vec![], command.clone(), vec![]).unwrap();
+        fit_servo(&log, &Motion::of(&log))
+    };
+    let found = fit(motor.clone()).unwrap().lag_s;
+    println!("{found:?}");
+    assert!(
+        found.interval[0] <= lag && lag <= found.interval[1],
+        "{found:?}"
+    );
+    assert!((found.value / lag - 1.0).abs() < 0.02, "{found:?}");
+    // In another unit it is no command of this axis.
+    let wrong = fit(motor.iter().map(|motor| 2.0 * motor).collect()).unwrap_err();
+    assert!(wrong.contains("times as far as its command"), "{wrong}");
 }
 
 /// A pure gap is a step, of its size.

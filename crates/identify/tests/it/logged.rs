@@ -186,3 +186,28 @@ fn logs_without_an_axis() {
     let because = |text: &String| text.contains("cannot be told, because");
     assert!(score.refused.iter().all(because), "{score:?}");
 }
+
+/// A load that is read at the motor, in counts of its own: nothing of the gap is told, and nothing is wrong
+/// with the signs.
+#[test]
+fn a_load_that_is_the_motor_is_not_refused_for_its_sign() {
+    for seed in 0..8 {
+        let axis = BallScrew {
+            seconds: 10.0,
+            ..BallScrew::random(9_940_000 + seed)
+        };
+        let mut rows = axis.record();
+        rows.load_mm = rows
+            .motor_mm
+            .iter()
+            .map(|motor| (motor * 1e4).round() * 1e-4)
+            .collect();
+        let fit = axis
+            .log(&rows)
+            .and_then(|log| fit_backlash(&log, &axis.settings()));
+        match fit {
+            Ok(fit) => assert!(!fit.excited, "{seed}: {fit:?}"),
+            Err(error) => assert!(matches!(error, FitError::NotExcited(_)), "{seed}: {error}"),
+        }
+    }
+}

@@ -56,6 +56,8 @@ pub struct BallScrew {
     /// Time constant of a first-order filter before the current's recorder, s; zero for none.
     pub current_filter_s: f64,
     pub seconds: f64,
+    /// Slowest and fastest peak of a stroke, mm/s.
+    pub speeds_mm_s: [f64; 2],
     pub seed: u64,
 }
 
@@ -110,6 +112,7 @@ impl BallScrew {
             current_late_s: 0.0,
             current_filter_s: 0.0,
             seconds: [10.0, 20.0, 20.0, 60.0][random.below(4)],
+            speeds_mm_s: [20.0, 500.0],
             seed,
         };
         axis.load_viscous *= rated_torque;
@@ -337,6 +340,7 @@ struct Strokes {
     duration: f64,
     rest: f64,
     rad_per_mm: f64,
+    speeds_mm_s: [f64; 2],
     most_acceleration: f64,
 }
 
@@ -351,6 +355,7 @@ impl Strokes {
             duration: 0.0,
             rest: 0.05,
             rad_per_mm: axis.rad_per_mm(),
+            speeds_mm_s: axis.speeds_mm_s,
             most_acceleration: (most / inertia).min(5e3 * axis.rad_per_mm()),
         }
     }
@@ -367,7 +372,8 @@ impl Strokes {
             };
             self.distance = way * random.log_between(1.0, 150.0) * self.rad_per_mm;
             // a minimum-jerk stroke: peaks 1.875 D/T and 5.77 D/T^2
-            let speed = random.log_between(0.02e3, 0.5e3) * self.rad_per_mm;
+            let [slowest, fastest] = self.speeds_mm_s;
+            let speed = random.log_between(slowest, fastest) * self.rad_per_mm;
             let acceleration = random.between(0.1, 1.0) * self.most_acceleration;
             let length = self.distance.abs();
             self.duration = (1.875 * length / speed).max((5.77 * length / acceleration).sqrt());

@@ -27,12 +27,13 @@ pub struct Kind {
 }
 
 /// All kinds that are measured.
-pub const KINDS: [Kind; 17] = [
+pub const KINDS: [Kind; 18] = [
     kind("clean", Given::Everything, BallScrew::random),
     kind("noise and flaws", Given::Everything, BallScrew::noisy),
     kind("odd friction", Given::Everything, BallScrew::odd),
     kind("jitter not recorded", Given::Everything, jitter),
     kind("filtered current", Given::Everything, filtered),
+    kind("slow strokes, counts of 1 um", Given::Everything, slow),
     kind("clean, no axis", Given::NoAxis, BallScrew::random),
     kind("noise 2 %, no axis", Given::NoAxis, |seed| {
         noise(seed, 0.02)
@@ -81,6 +82,15 @@ fn noise(seed: u64, noise: f64) -> BallScrew {
     BallScrew {
         noise,
         ..BallScrew::random(seed)
+    }
+}
+
+/// Strokes of 2 to 20 mm/s, whose wind-up hardly changes, under a coarse scale.
+fn slow(seed: u64) -> BallScrew {
+    BallScrew {
+        speeds_mm_s: [2.0, 20.0],
+        scale_um: 1.0,
+        ..noise(seed, 0.005)
     }
 }
 
