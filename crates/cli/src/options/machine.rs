@@ -25,7 +25,7 @@ pub(crate) struct MachineOptions {
     #[arg(long, short, value_name = "NAME|FILE.toml", value_hint = clap::ValueHint::FilePath)]
     pub(crate) machine: Option<String>,
     /// Tool table in LinuxCNC's format (.tbl), in place of the machine's tools; lengths in the
-    /// machine's units, millimetres
+    /// control's units, millimetres unless `control_units` of the machine says inch
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub(crate) tool_table: Option<PathBuf>,
     #[command(flatten)]

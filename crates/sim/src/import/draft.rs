@@ -2,6 +2,7 @@
 
 use crate::control::Control;
 use lostmotion_base::AxisId;
+use lostmotion_gcode::Units;
 use lostmotion_kinematics::{CartesianSpec, CoreXySpec, KinematicsSpec};
 use std::f64::consts::SQRT_2;
 
@@ -222,6 +223,11 @@ pub(super) struct Draft {
     pub(super) source: &'static str,
     /// Dialect of its programs, if that is told.
     pub(super) dialect: Option<&'static str>,
+    /// Units of the control and of programs at their start, and where those are told.
+    pub(super) control_units: (Units, String),
+    pub(super) program_units: Option<(Units, String)>,
+    /// Axes of the control's joints by their number.
+    pub(super) joint_axes: Vec<Option<AxisId>>,
     pub(super) kinematics: KinematicsSpec,
     /// Among whose functions a method is recommended.
     pub(super) control: Option<Control>,
@@ -247,6 +253,9 @@ impl Draft {
             name: "imported".to_owned(),
             source,
             dialect: None,
+            control_units: (Units::Mm, String::new()),
+            program_units: None,
+            joint_axes: Vec::new(),
             kinematics: CartesianSpec {}.into(),
             control: None,
             size: MachineSize::default(),
@@ -258,6 +267,20 @@ impl Draft {
             expected: Vec::new(),
             rows: Vec::new(),
         }
+    }
+
+    /// The axes of the control's joints as a machine file has them; `None` where they are not told,
+    /// or not of all axes.
+    pub(super) fn joint_letters(&self) -> Option<String> {
+        let is_there = |axis: &AxisId| self.axes.iter().any(|own| own.id == *axis);
+        let letters = self.joint_axes.iter();
+        let letters: String = letters
+            .map(|axis| axis.filter(is_there).map_or('-', AxisId::letter))
+            .collect();
+        let mut axes = self.axes.iter();
+        axes.all(|axis| letters.contains(axis.id.letter()))
+            .then(|| letters.trim_end_matches('-').to_owned())
+            .filter(|letters| !letters.is_empty())
     }
 
     /// A gap of zero tells that the control compensates nothing, and nothing of the machine.

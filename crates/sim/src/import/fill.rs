@@ -7,6 +7,7 @@ use crate::machine::{LimitsTable, Machine, MachineAxis, PathStops, Problem, pres
 use lostmotion_base::units::{deg, rad};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
+use lostmotion_gcode::Units;
 use lostmotion_kinematics::chain::JointSpec;
 use lostmotion_kinematics::{KinematicsSpec, Words, build};
 use std::collections::BTreeMap;
@@ -454,6 +455,7 @@ fn head(draft: &Draft, preset: &str) -> String {
     if let Some(dialect) = draft.dialect {
         let _ = write!(text, "dialect = \"{dialect}\"\n\n");
     }
+    control_keys(draft, &mut text);
     #[derive(serde::Serialize)]
     struct Tables<'a> {
         kinematics: &'a KinematicsSpec,
@@ -468,6 +470,30 @@ fn head(draft: &Draft, preset: &str) -> String {
         .unwrap_or_default()
     );
     text
+}
+
+/// How the control counts: its units, those in which programs start, and its joints.
+fn control_keys(draft: &Draft, text: &mut String) {
+    let before = text.len();
+    let name = |units: Units| match units {
+        Units::Mm => "mm",
+        Units::Inch => "inch",
+    };
+    let (control, from) = &draft.control_units;
+    if *control != Units::Mm {
+        let _ = writeln!(text, "control_units = \"{}\" # {from}", name(*control));
+    }
+    if let Some((units, from)) = &draft.program_units
+        && units != control
+    {
+        let _ = writeln!(text, "program_units = \"{}\" # {from}", name(*units));
+    }
+    if let Some(letters) = draft.joint_letters() {
+        let _ = writeln!(text, "joint_axes = \"{letters}\"");
+    }
+    if text.len() > before {
+        text.push('\n');
+    }
 }
 
 /// Cycles, tolerance of the path, control and tools, as far as they are told.

@@ -12,6 +12,7 @@ use super::{Format, ImportOptions, linuxcnc_files, linuxcnc_motors, number, prob
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use lostmotion_gcode::Units as Length;
 use lostmotion_kinematics::KinematicsSpec;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -96,12 +97,14 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         .filter_map(AxisId::from_letter)
         .map(|axis| (axis, axis.is_rotary()))
         .collect();
+    // The interpreter starts in the machine's units (LinuxCNC, Interp::init).
+    let is_inch = |entry: &&Entry| matches!(&*entry.value, "inch" | "in" | "imperial");
+    if let Some(entry) = first(&["TRAJ"], "LINEAR_UNITS").filter(is_inch) {
+        draft.control_units = (Length::Inch, entry.name());
+    }
     // Factors from the machine's units to mm and degrees.
     let scale = Units {
-        linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| &entry.value) {
-            "inch" | "in" | "imperial" => 25.4,
-            _ => 1.0,
-        },
+        linear: draft.control_units.0.mm(),
         angular: match first(&["TRAJ"], "ANGULAR_UNITS").map_or("degree", |entry| &entry.value) {
             "radian" | "rad" => lostmotion_base::units::deg(1.0),
             _ => 1.0,
@@ -114,6 +117,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             let numbered = module.map_or_else(|| letters.clone(), |it| it.numbered(coordinates));
             numbered.into_iter().map(Some).collect()
         });
+    draft.joint_axes = numbered.iter().map(|joint| joint.map(|it| it.0)).collect();
     let joints = IniJoints {
         numbered,
         words_too: module.is_none_or(Module::words_are_joints),

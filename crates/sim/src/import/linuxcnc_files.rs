@@ -4,9 +4,10 @@
 use super::draft::{Draft, Fate, Quantity, Told, ToolDraft};
 use super::ini::Entry;
 use super::kins::Numbered;
-use super::{ImportOptions, number, positive, problem};
+use super::{ImportOptions, not_negative, number, positive, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use lostmotion_gcode::Units;
 
 /// Longest screw's table that LinuxCNC reads.
 const MOST_TRIPLETS: usize = 256;
@@ -201,9 +202,13 @@ fn parameters(
 fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
     let mut words: Vec<(char, String)> = Vec::new();
     // Comments in brackets say nothing here.
-    let code = entry.value.split(['(', ';']).next().unwrap_or_default();
+    let code = entry.value.split(';').next().unwrap_or_default();
+    let mut is_open = false;
     for c in code.chars().filter(|c| !c.is_whitespace()) {
+        let is_comment = is_open || c == '(';
+        is_open = is_comment && c != ')';
         match words.last_mut() {
+            _ if is_comment => {}
             _ if c.is_ascii_alphabetic() => words.push((c.to_ascii_uppercase(), String::new())),
             Some((_, text)) => text.push(c),
             None => words.push((c, String::new())),
@@ -228,7 +233,13 @@ fn words(entry: &Entry) -> Result<Vec<(char, String)>, Problem> {
     }
 }
 
-/// Of the code at start the tolerance of G64.
+/// G codes at start that change nothing: LinuxCNC and the interpreter here begin with them.
+const USUAL_CODES: [f64; 13] = [
+    8.0, 17.0, 40.0, 49.0, 50.0, 54.0, 80.0, 90.0, 91.1, 92.1, 94.0, 97.0, 98.0,
+];
+
+/// Of the code at start, one block, what machine files have: the units and the tolerance of G64. The
+/// rest is named.
 fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     let entry = named.entry;
     let words = words(entry)?;
@@ -239,42 +250,66 @@ fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
         let note = format!("`{letter}{text}` moves an axis, which is not read: is it meant?");
         draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
     }
-    let has = |code: &str| {
-        let mut codes = words.iter().filter(|(letter, _)| *letter == 'G');
-        codes.any(|(_, text)| text.trim_start_matches('0') == code)
+    let is = |word: &(char, String), letter: char, code: f64| {
+        word.0 == letter && word.1.parse() == Ok(code)
     };
-    let unit = match (has("20"), has("21")) {
-        (true, false) => 25.4,
-        (false, true) => 1.0,
-        _ => named.mm,
+    let has = |code: f64| words.iter().any(|word| is(word, 'G', code));
+    let units = match (has(20.0), has(21.0)) {
+        (true, true) => {
+            let hint = "LinuxCNC takes one code of a group in a block: keep the one that is meant";
+            let message = "has both G20 and G21";
+            return Err(problem(entry.line, &entry.name(), message, hint));
+        }
+        (true, false) => Some(Units::Inch),
+        (false, true) => Some(Units::Mm),
+        (false, false) => None,
     };
-    let blends = has("64");
-    let tolerance = words.iter().find(|(letter, _)| blends && *letter == 'P');
-    match tolerance {
-        Some((_, text)) => {
-            let value = positive(entry.line, &entry.name(), text)? * unit;
-            draft.row(
-                entry.name(),
-                entry.value.as_str(),
-                Fate::Used,
-                "tolerance of G64; write the rest into the program",
-            );
-            draft.path_tolerance_mm = Some(Told {
-                value,
-                from: entry.name(),
-                line: entry.line,
-            });
-        }
-        None if blends => {
-            let note = "G64 without P blends without a bound: a tolerance is kept here";
-            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
-        }
-        None => draft.row(
-            entry.name(),
-            entry.value.as_str(),
-            Fate::Ignored,
-            "write it into the program",
-        ),
+    let mut taken = Vec::new();
+    if let Some(units) = units {
+        draft.program_units = Some((units, entry.name()));
+        taken.push("units in which programs start");
+    }
+    let blends = has(64.0);
+    // Wherever they stand in a block, the units come before the path control.
+    let mm = units.map_or(named.mm, Units::mm);
+    let told = words.iter().find(|(letter, _)| blends && *letter == 'P');
+    let tolerance = match told {
+        Some((_, text)) => not_negative(entry.line, &entry.name(), text)? * mm,
+        None => 0.0,
+    };
+    if tolerance > 0.0 {
+        taken.push("tolerance of G64");
+        draft.path_tolerance_mm = Some(Told {
+            value: tolerance,
+            from: entry.name(),
+            line: entry.line,
+        });
+    } else if blends {
+        let note = "G64 without P blends without a bound: a tolerance is kept here";
+        draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+    }
+    let is_taken = |word: &(char, String)| {
+        [20.0, 21.0, 64.0].iter().any(|code| is(word, 'G', *code)) || (blends && word.0 == 'P')
+    };
+    let is_usual = |word: &(char, String)| {
+        let mut usual = USUAL_CODES.iter();
+        usual.any(|code| is(word, 'G', *code)) || is(word, 'M', 5.0) || is(word, 'M', 9.0)
+    };
+    let left: Vec<String> = words
+        .iter()
+        .filter(|word| !is_taken(word) && !is_usual(word))
+        .map(|(letter, text)| format!("{letter}{text}"))
+        .collect();
+    if !taken.is_empty() {
+        let note = taken.join(", ");
+        draft.row(entry.name(), entry.value.as_str(), Fate::Used, note);
+    } else if left.is_empty() && !blends {
+        let note = "programs start so anyway";
+        draft.row(entry.name(), entry.value.as_str(), Fate::Used, note);
+    }
+    if !left.is_empty() {
+        let note = "not carried: write it into the program";
+        draft.row(entry.name(), left.join(" "), Fate::Ignored, note);
     }
     Ok(())
 }
@@ -337,12 +372,32 @@ pub(super) fn screw(
         least,
         most
     );
+    replace_backlash(draft, entry, axis);
+    // Of two joints of an axis the wider gap counts.
+    if let Some(other) = &draft.axis(axis, axis.is_rotary()).gap
+        && other.value > middle
+    {
+        let note = format!("axis {axis}: {} counts", other.from);
+        draft.row(entry.name(), shown, Fate::Ignored, note);
+        return Ok(());
+    }
     let told = Told {
         value: middle,
         from: entry.name(),
         line: entry.line,
     };
-    // LinuxCNC passes over BACKLASH where there is such a table.
     draft.tell(axis, Quantity::Gap, told, &shown);
     Ok(())
+}
+
+/// LinuxCNC does not use the BACKLASH of a joint that has a table.
+fn replace_backlash(draft: &mut Draft, table: &Entry, axis: AxisId) {
+    let own = format!("[{}] BACKLASH", table.section);
+    let rows = draft.rows.iter_mut();
+    for row in rows.filter(|row| row.key == own && row.fate == Fate::Used) {
+        row.fate = Fate::Ignored;
+        row.note = "LinuxCNC does not use it beside a COMP_FILE".to_owned();
+    }
+    let gap = &mut draft.axis(axis, axis.is_rotary()).gap;
+    gap.take_if(|gap| gap.from == own);
 }

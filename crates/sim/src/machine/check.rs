@@ -14,6 +14,9 @@ use lostmotion_drive::config::Transmission;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_methods::AxisConfig;
 
+/// Most joints of a control (LinuxCNC's EMCMOT_MAX_JOINTS).
+const MOST_JOINTS: usize = 16;
+
 /// Checks every axis for itself.
 pub(super) fn axes(
     document: &Document<'_>,
@@ -268,7 +271,39 @@ pub(super) fn general(
         return;
     }
     let set: AxisSet = axes.iter().map(|axis| axis.id).collect();
+    joint_axes(document, general, set, problems);
     kinematics(document, general, axes, set, problems);
+}
+
+/// Each joint of the control moves an axis or none, and each axis has a joint.
+fn joint_axes(
+    document: &Document<'_>,
+    general: &General,
+    set: AxisSet,
+    problems: &mut Vec<Problem>,
+) {
+    let Some(letters) = &general.joint_axes else {
+        return;
+    };
+    let axes: Vec<Option<AxisId>> = letters.chars().map(AxisId::from_letter).collect();
+    let wrong = letters
+        .chars()
+        .zip(&axes)
+        .find(|(c, axis)| *c != '-' && axis.is_none_or(|axis| !set.contains(axis)));
+    let lost = set.iter().find(|axis| !axes.contains(&Some(*axis)));
+    let message = match (wrong, lost) {
+        _ if axes.len() > MOST_JOINTS => {
+            format!("has {} joints, more than {MOST_JOINTS}", axes.len())
+        }
+        (Some((c, _)), _) => format!("is `{letters}`, and the machine has no axis `{c}`"),
+        (None, Some(axis)) => format!("is `{letters}`, without a joint of axis {axis}"),
+        (None, None) => return,
+    };
+    let has: String = set.iter().map(AxisId::letter).collect();
+    let hint = format!(
+        "the letters of {has} in the order of the joints' numbers, a letter twice for two motors of an axis, - for a joint of no axis"
+    );
+    problems.push(document.problem("joint_axes", message, hint));
 }
 
 fn tools(document: &Document<'_>, general: &General, problems: &mut Vec<Problem>) {

@@ -43,7 +43,7 @@ pub use tuning::AxisTuning;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
-use lostmotion_gcode::Dialect;
+use lostmotion_gcode::{Dialect, Units};
 use lostmotion_kinematics::{Kinematics, KinematicsError, KinematicsSpec, Reach, build_within};
 use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
@@ -93,6 +93,16 @@ pub struct General {
     /// Dialect that its programs are in.
     #[serde(default, skip_serializing_if = "is_default")]
     pub dialect: Dialect,
+    /// Unit of length of the control's settings, offsets and tools.
+    #[serde(default, skip_serializing_if = "is_mm")]
+    pub control_units: Units,
+    /// Unit of length in which programs start; that of the control if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_units: Option<Units>,
+    /// Letters of the axes of the control's joints, in the order of their numbers; in the order of
+    /// the axes if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_axes: Option<String>,
     /// Cycles of command and servo, those of every axis.
     #[serde(default, skip_serializing_if = "Cycles::is_usual")]
     pub cycles: Cycles,
@@ -124,6 +134,9 @@ impl General {
             name,
             description: String::new(),
             dialect: Dialect::default(),
+            control_units: Units::default(),
+            program_units: None,
+            joint_axes: None,
             cycles: Cycles::default(),
             kinematics,
             planner: PlannerSettings::default(),
@@ -138,6 +151,10 @@ impl General {
 
 fn is_default(dialect: &Dialect) -> bool {
     *dialect == Dialect::default()
+}
+
+fn is_mm(units: &Units) -> bool {
+    *units == Units::Mm
 }
 
 /// The travel of joints, as kinematics take it.
@@ -176,6 +193,28 @@ impl Machine {
     /// The dialect that its programs are in.
     pub fn dialect(&self) -> Dialect {
         self.general.dialect
+    }
+
+    /// Unit of length of the control: of its settings, its parameters with offsets and homes, and
+    /// its tool table.
+    pub fn control_units(&self) -> Units {
+        self.general.control_units
+    }
+
+    /// Unit of length in which its programs start, before any G20 or G21.
+    pub fn program_units(&self) -> Units {
+        self.general
+            .program_units
+            .unwrap_or(self.general.control_units)
+    }
+
+    /// The axes of the control's joints in the order of their numbers, `None` for a joint of no axis;
+    /// every axis once, in their order, where the file does not tell.
+    pub fn joint_axes(&self) -> Vec<Option<AxisId>> {
+        match &self.general.joint_axes {
+            Some(letters) => letters.chars().map(AxisId::from_letter).collect(),
+            None => self.axes.iter().map(|axis| Some(axis.id)).collect(),
+        }
     }
 
     /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not

@@ -11,7 +11,7 @@ use super::{check, gantry};
 use lostmotion_base::AxisId;
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::Cycles;
-use lostmotion_gcode::Dialect;
+use lostmotion_gcode::{Dialect, Units};
 use lostmotion_kinematics::{KINDS, KindInfo, KindSpec, KindVisitor, KinematicsSpec};
 use lostmotion_methods::AxisConfig;
 use serde::Deserialize;
@@ -45,6 +45,17 @@ pub(super) struct Head {
     /// Dialect that its programs are in.
     #[serde(default)]
     dialect: Dialect,
+    /// Unit of length of the control's settings, parameters and tool table; the machine file itself
+    /// is in mm.
+    #[serde(default)]
+    control_units: Units,
+    /// Unit of length in which programs start, without G20 and G21; `control_units` if left out.
+    #[serde(default)]
+    program_units: Option<Units>,
+    /// Letters of the axes of LinuxCNC's joints in the order of their numbers, `XYYZ` or `X-Z` with
+    /// a joint of no axis; each axis once, in their order, if left out.
+    #[serde(default)]
+    joint_axes: Option<String>,
 }
 
 impl Machine {
@@ -208,6 +219,9 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
         name: head.name,
         description: head.description,
         dialect: head.dialect,
+        control_units: head.control_units,
+        program_units: head.program_units,
+        joint_axes: head.joint_axes,
         cycles: cycles?,
         kinematics: kinematics?,
         planner: planner?,

@@ -237,7 +237,10 @@ impl Reader {
 /// The interpreter's settings for a machine: its tools, offsets, homes and place at the start.
 pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
     let dialect = options.dialect.unwrap_or(machine.dialect());
+    let units = machine.control_units();
     let mut config = InterpreterConfig {
+        machine_units: units,
+        program_units: machine.program_units(),
         dialect,
         leniencies: options.leniencies.unwrap_or(dialect.leniencies()),
         block_delete: options.block_delete,
@@ -259,16 +262,20 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
     {
         config
             .parameters
-            .extend((first..).zip(machine_units(&home)));
+            .extend((first..).zip(in_units(&home, units)));
     }
     config
 }
 
-/// mm and degrees, as parameters hold them.
-fn machine_units(coords: &Coords) -> [f64; 9] {
+/// Lengths in the control's units and degrees, as parameters hold them.
+fn in_units(coords: &Coords, units: Units) -> [f64; 9] {
     let mut values = coords.0;
-    for value in &mut values[3..6] {
-        *value = lostmotion_base::units::deg(*value);
+    for (index, value) in values.iter_mut().enumerate() {
+        *value = if (3..6).contains(&index) {
+            lostmotion_base::units::deg(*value)
+        } else {
+            Units::Mm.convert(*value, units)
+        };
     }
     values
 }
@@ -278,17 +285,18 @@ fn tool_table(machine: &Machine) -> Option<ToolTable> {
     if machine.tools().is_empty() {
         return None;
     }
+    let units = machine.control_units();
     let mut table = ToolTable::default();
     for entry in machine.tools() {
         let mut offset = [0.0; 9];
-        offset[2] = Units::Mm.convert(entry.length_mm, InterpreterConfig::default().machine_units);
+        offset[2] = Units::Mm.convert(entry.length_mm, units);
         // Machine files have no carousel: every tool stands in the pocket of its number.
         let number = entry.number as i32;
         table.insert(Tool {
             number,
             pocket: number,
             offset,
-            diameter: entry.diameter_mm,
+            diameter: Units::Mm.convert(entry.diameter_mm, units),
             ..Tool::default()
         });
     }

@@ -175,7 +175,7 @@ pub fn rewrite(
         name: program.name().to_owned(),
         source,
     })?;
-    let lines = lines(source.as_bytes(), &options.limits)?;
+    let lines = lines(source.as_bytes(), machine.program_units(), &options.limits)?;
     let steps = steps(program, machine, options, &lines, wanted.max_moves)?;
     let pieces: Vec<Vec<Stretch>> = steps.iter().map(stretches).collect::<Result<_, _>>()?;
     let dialect = options.dialect.unwrap_or(machine.dialect());

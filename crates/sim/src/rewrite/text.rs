@@ -1,8 +1,8 @@
 //! Lines of a program: what they say, and their words with other values.
 
 use super::RewriteError;
-use lostmotion_gcode::Limits;
 use lostmotion_gcode::syntax::{Block, Value, parse_block};
+use lostmotion_gcode::{Limits, Units};
 use std::borrow::Cow;
 
 /// Letters of the axes that are moved.
@@ -40,13 +40,18 @@ pub(super) struct Line {
     block: Block,
 }
 
-/// The lines of a program, with the unit and the feed that are in force.
+/// The lines of a program, with the unit and the feed that are in force; `units` are those in which it
+/// starts.
 ///
 /// # Errors
 /// A line that cannot be read, that switches to what is not rewritten, or that marks a program which
 /// was rewritten before.
-pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteError> {
-    let (mut all, mut mm, mut feed, mut is_relative) = (Vec::new(), 1.0, None, false);
+pub(super) fn lines(
+    bytes: &[u8],
+    units: Units,
+    limits: &Limits,
+) -> Result<Vec<Line>, RewriteError> {
+    let (mut all, mut mm, mut feed, mut is_relative) = (Vec::new(), units.mm(), None, false);
     for (index, raw) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
         let cut = raw.iter().rposition(|byte| !matches!(byte, b'\n' | b'\r'));
         let (text, end) = raw.split_at(cut.map_or(0, |at| at + 1));
@@ -65,9 +70,9 @@ pub(super) fn lines(bytes: &[u8], limits: &Limits) -> Result<Vec<Line>, RewriteE
                 return Err(refuse(number, format!("{what} are not rewritten")));
             }
             if code == 20.0 {
-                mm = 25.4;
+                mm = Units::Inch.mm();
             } else if code == 21.0 {
-                mm = 1.0;
+                mm = Units::Mm.mm();
             } else if code == 90.0 || code == 91.0 {
                 is_relative = code == 91.0;
             }
