@@ -2,6 +2,7 @@
 //! a cause.
 
 use crate::number::plain;
+use lostmotion_gcode::Units;
 use lostmotion_methods::MethodId;
 use lostmotion_sim::Machine;
 use lostmotion_sim::control::Control;
@@ -32,9 +33,19 @@ pub(super) fn settings(result: &MethodResult, machine: &Machine) -> Option<Strin
     if !method.info().knows.gap {
         return None;
     }
+    let control = machine.simulate().control;
+    // LinuxCNC's settings are in the units of the machine; the others are known in mm.
+    let (linear, size) = match machine.control_units() {
+        Units::Inch if control == Some(Control::LinuxCnc) => ("inch", Units::Inch.mm()),
+        _ => ("mm", Units::Mm.mm()),
+    };
     let gap = |axis: &AxisResult| {
-        let unit = if axis.unit == "mdeg" { "deg" } else { "mm" };
-        format!("{} {} {unit}", axis.axis.letter(), plain(axis.gap * 1e-3))
+        let (unit, size) = match axis.unit.as_str() {
+            "mdeg" => ("deg", 1.0),
+            _ => (linear, size),
+        };
+        let told = plain(axis.gap * 1e-3 / size);
+        format!("{} {told} {unit}", axis.axis.letter())
     };
     let gaps: Vec<String> = result
         .axes
@@ -45,9 +56,7 @@ pub(super) fn settings(result: &MethodResult, machine: &Machine) -> Option<Strin
     if gaps.is_empty() {
         return None;
     }
-    let place = machine
-        .simulate()
-        .control
+    let place = control
         .and_then(parameter)
         .unwrap_or("the backlash compensation of the control");
     Some(format!("{} in {place}", gaps.join(", ")))

@@ -24,7 +24,7 @@ use crate::simulation::Simulation;
 use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};
 use lostmotion_methods::{AxisConfig, MethodId};
-use parameters::{ToldAxis, gap_of, parameters, step, unknown};
+use parameters::{Counting, ToldAxis, gap_of, parameters, step, unknown};
 use results::{Better, ControlSettings, GapEnd, SETTINGS_SCHEMA_VERSION};
 use std::sync::Arc;
 
@@ -85,9 +85,9 @@ impl Trial {
     }
 
     /// Whether there are numbers to set for it, or a reason why it cannot be set.
-    fn has_numbers(&self, told: &Machine, control: Control, wanted: &RecommendOptions) -> bool {
+    fn has_numbers(&self, told: &Machine, control: Control, counting: &Counting) -> bool {
         let set = axes(&self.on(told));
-        parameters(control, self.method.name(), &set, wanted.detection_unit_um)
+        parameters(control, self.method.name(), &set, counting)
             .map_or(true, |found| !found.settings.is_empty())
     }
 
@@ -140,7 +140,12 @@ pub fn recommend(
         ..options.clone()
     };
     // Of controls that stop to compensate the stops belong to what is set.
-    let told = told(machine, control, wanted).with_stops(control.stops());
+    let counting = Counting {
+        detection_unit_um: wanted.detection_unit_um,
+        units: machine.control_units(),
+        joints: machine.joint_axes(),
+    };
+    let told = told(machine, control, &counting, wanted).with_stops(control.stops());
     if let Some(method) = machine
         .axes()
         .iter()
@@ -195,10 +200,10 @@ pub fn recommend(
         best = all.iter().find(found).cloned().or(best);
     }
     // Step 1c: what has no numbers here is no advice; the best of those that have.
-    if let Some(unset) = best.take_if(|best| !best.has_numbers(&told, control, wanted)) {
+    if let Some(unset) = best.take_if(|best| !best.has_numbers(&told, control, &counting)) {
         let other = trials
             .iter()
-            .filter(|trial| trial.has_numbers(&told, control, wanted));
+            .filter(|trial| trial.has_numbers(&told, control, &counting));
         let rest: Vec<Trial> = other.cloned().collect();
         let choices = std::iter::once(baseline()).chain(rest.iter().map(Trial::choice));
         let run = simulate(program, &told, &without_tests(&options), choices.collect())?;
@@ -218,8 +223,7 @@ pub fn recommend(
                 unset.name()
             ));
             let set = unset.on(&told);
-            let unit_um = wanted.detection_unit_um;
-            if let Ok(found) = parameters(control, unset.method.name(), &axes(&set), unit_um) {
+            if let Ok(found) = parameters(control, unset.method.name(), &axes(&set), &counting) {
                 answer.notes.extend(found.notes);
             }
             return Ok(answer);
@@ -231,11 +235,8 @@ pub fn recommend(
     };
     // Step 1d: a dial gauge measures gap and wind-up together, and the description tells both.
     let mut candidates = vec![best];
-    if let Some(wound) = wound_up(
-        &candidates[0],
-        &told,
-        step(control, wanted.detection_unit_um),
-    ) {
+    let steps = [false, true].map(|is_rotary| step(control, &counting, is_rotary));
+    if let Some(wound) = wound_up(&candidates[0], &told, steps) {
         let both = [&candidates[0], &wound];
         let choices = std::iter::once(baseline()).chain(both.map(Trial::choice));
         let run = simulate(program, &told, &without_tests(&options), choices.collect())?;
@@ -276,12 +277,7 @@ pub fn recommend(
         return Ok(answer);
     }
     // What is printed is what was simulated.
-    match parameters(
-        control,
-        best.method.name(),
-        &axes(&set),
-        wanted.detection_unit_um,
-    ) {
+    match parameters(control, best.method.name(), &axes(&set), &counting) {
         Ok(found) => {
             answer.method = Some(best.method.name().to_owned());
             answer.within_tolerance = result.within_tolerance;
@@ -328,7 +324,7 @@ pub fn recommend(
 /// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
 /// one direction to the other, `2 F/k`. `None` for a method that is not told a length, and where
 /// the wind-up is below what the control takes.
-fn wound_up(best: &Trial, told: &Machine, step: f64) -> Option<Trial> {
+fn wound_up(best: &Trial, told: &Machine, steps: [f64; 2]) -> Option<Trial> {
     if !best.method.told_gap() || best.method.name() == PULSE {
         return None;
     }
@@ -336,6 +332,7 @@ fn wound_up(best: &Trial, told: &Machine, step: f64) -> Option<Trial> {
     let amount = move |config: &AxisConfig| {
         let load = config.reflected_load();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let step = steps[usize::from(is_rotary)];
         let wind_up = 2.0 * load.coulomb_nm / load.stiffness_nm_per_rad;
         let wind_up = (units(config, is_rotary, wind_up) / step).round() * step;
         let told = config
@@ -596,13 +593,18 @@ fn units(config: &AxisConfig, is_rotary: bool, motor_rad: f64) -> f64 {
 
 /// The machine as its control is told of it: the gap rounded to what the control takes, the least
 /// that it may be, and the limits of the joints.
-fn told(machine: &Machine, control: Control, wanted: &RecommendOptions) -> Machine {
-    let step = step(control, wanted.detection_unit_um);
+fn told(
+    machine: &Machine,
+    control: Control,
+    counting: &Counting,
+    wanted: &RecommendOptions,
+) -> Machine {
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
         let least = units(&config, is_rotary, config.reflected_load().gap_rad)
             * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
+        let step = step(control, counting, is_rotary);
         let value = (least / step).round() * step;
         config.compensation.tell_gap(gap_of(value, is_rotary));
         // The least has been taken.
@@ -651,6 +653,7 @@ fn axes(set: &Machine) -> Vec<ToldAxis> {
             let units = told.map_or(0.0, |gap| gap.motor_rad(&config.transmission) / per_unit);
             let turns = config.transmission.unit() == AxisUnit::Rad;
             all.push(ToldAxis {
+                id: axis.id,
                 name,
                 is_rotary,
                 gap: if turns { deg(units) } else { units },
@@ -726,13 +729,18 @@ fn trials(control: Control) -> Vec<Trial> {
             "fixed-by-travel" => {
                 let ways: &[(f64, f64)] = match control {
                     Control::Marlin => &[(1.0, 0.0), (1.0, 1.0), (1.0, 3.0)],
-                    Control::RepRapFirmware => &[(2.0, 0.0), (5.0, 0.0), (10.0, 0.0), (20.0, 0.0)],
+                    Control::RepRapFirmware => {
+                        &[(1.0, 0.0), (2.0, 0.0), (5.0, 0.0), (10.0, 0.0), (20.0, 0.0)]
+                    }
                     _ => &[(1.0, 0.0)],
                 };
                 for &(multiple, smoothing_mm) in ways {
                     let said = match control {
                         Control::Marlin => format!("smoothed over {smoothing_mm} mm"),
-                        Control::RepRapFirmware => format!("over {multiple} gaps"),
+                        Control::RepRapFirmware if multiple > 1.0 => {
+                            format!("over {multiple} gaps")
+                        }
+                        Control::RepRapFirmware => "over 1 gap".to_owned(),
                         _ => String::new(),
                     };
                     all.push(Trial::new(method, said, move |config| {

@@ -5,12 +5,15 @@
 
 use super::results::ControlSetting;
 use crate::control::Control;
+use lostmotion_base::AxisId;
 use lostmotion_drive::config::Gap;
+use lostmotion_gcode::Units;
 use lostmotion_methods::AxisConfig;
 
 /// An axis with what the control is told of it.
 #[derive(Clone, Debug)]
 pub(super) struct ToldAxis {
+    pub(super) id: AxisId,
     /// `X`, `Y2`.
     pub(super) name: String,
     /// Whether it turns.
@@ -34,10 +37,34 @@ pub(super) struct Parameters {
     pub(super) source: &'static str,
 }
 
+/// How a control counts.
+#[derive(Clone, Debug)]
+pub(super) struct Counting {
+    /// Detection unit of a Fanuc control, um.
+    pub(super) detection_unit_um: f64,
+    /// Unit of length of LinuxCNC's settings.
+    pub(super) units: Units,
+    /// The axes of LinuxCNC's joints by their number.
+    pub(super) joints: Vec<Option<AxisId>>,
+}
+
+impl Counting {
+    /// Unit of an axis in LinuxCNC's settings: its name, the mm or deg in it, and the digits behind
+    /// the point that a gap has.
+    fn of(&self, is_rotary: bool) -> (&'static str, f64, usize) {
+        match self.units {
+            _ if is_rotary => ("deg", 1.0, 4),
+            Units::Mm => ("mm", 1.0, 4),
+            Units::Inch => ("inch", Units::Inch.mm(), 5),
+        }
+    }
+}
+
 /// Step of the value that a control takes for a gap, mm or deg.
-pub(super) fn step(control: Control, detection_unit_um: f64) -> f64 {
+pub(super) fn step(control: Control, counting: &Counting, is_rotary: bool) -> f64 {
     match control {
-        Control::Fanuc => detection_unit_um * 1e-3,
+        Control::Fanuc => counting.detection_unit_um * 1e-3,
+        Control::LinuxCnc if !is_rotary && counting.units == Units::Inch => 1e-5 * Units::Inch.mm(),
         Control::Marlin | Control::RepRapFirmware | Control::Smoothieware | Control::GrblHal => {
             1e-3
         }
@@ -102,8 +129,9 @@ pub(super) fn parameters(
     control: Control,
     method: &str,
     axes: &[ToldAxis],
-    detection_unit_um: f64,
+    counting: &Counting,
 ) -> Result<Parameters, String> {
+    let detection_unit_um = counting.detection_unit_um;
     let limit = most(control, detection_unit_um);
     if let Some(axis) = axes.iter().find(|axis| axis.gap > limit) {
         return Err(format!(
@@ -115,7 +143,7 @@ pub(super) fn parameters(
     }
     let mut p = Parameters::default();
     match control {
-        Control::LinuxCnc => linuxcnc(&mut p, axes),
+        Control::LinuxCnc => linuxcnc(&mut p, axes, counting),
         Control::Fanuc => fanuc(&mut p, method, axes, detection_unit_um),
         Control::Siemens => siemens(&mut p, method, axes),
         Control::Heidenhain => heidenhain(&mut p, method, axes),
@@ -155,7 +183,9 @@ fn unit(axis: &ToldAxis) -> &'static str {
 fn short(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let cut = text.trim_end_matches('0');
-    if cut.ends_with('.') {
+    if !text.contains('.') {
+        text
+    } else if cut.ends_with('.') {
         format!("{cut}0")
     } else {
         cut.to_owned()
@@ -175,32 +205,50 @@ fn linear<'a>(p: &mut Parameters, axes: &'a [ToldAxis]) -> Vec<&'a ToldAxis> {
     straight
 }
 
-fn linuxcnc(p: &mut Parameters, axes: &[ToldAxis]) {
+fn linuxcnc(p: &mut Parameters, axes: &[ToldAxis], counting: &Counting) {
     p.source = "LinuxCNC documentation, INI configuration: [JOINT_n] BACKLASH";
-    for (joint, axis) in axes.iter().enumerate() {
-        let value = short(axis.gap, 4);
+    for (joint, id) in counting.joints.iter().enumerate() {
+        // The second joint of an axis is that of its second motor, where the machine has one.
+        let before = counting.joints.iter().take(joint);
+        let place = before.filter(|other| *other == id).count();
+        let own: Vec<&ToldAxis> = axes.iter().filter(|axis| Some(axis.id) == *id).collect();
+        let Some(axis) = own.get(place).or(own.last()) else {
+            continue;
+        };
+        let (unit, size, decimals) = counting.of(axis.is_rotary);
+        let value = short(axis.gap / size, decimals);
         let meaning = "total backlash, taken up at half of the joint's limits";
-        p.line(format!("[JOINT_{joint}]    # {}", axis.name));
+        p.line(format!("[JOINT_{joint}]    # {}, {unit}", axis.name));
         p.line(format!("BACKLASH = {value}"));
         p.set(
             format!("[JOINT_{joint}]BACKLASH"),
             &axis.name,
             value,
-            unit(axis),
+            unit,
             meaning,
         );
         p.needs(format!(
             "{0}: with stepgen STEPGEN_MAXACCEL of {1} to {2} {3}/s2, 1.5 to 2 times MAX_ACCELERATION, and STEPGEN_MAXVEL of {4} {3}/s or more: the take-up is added to the motion",
             axis.name,
-            short(1.5 * axis.acceleration, 1),
-            short(2.0 * axis.acceleration, 1),
-            unit(axis),
-            short(1.5 * axis.velocity, 1),
+            short(1.5 * axis.acceleration / size, 1),
+            short(2.0 * axis.acceleration / size, 1),
+            unit,
+            short(1.5 * axis.velocity / size, 1),
         ));
     }
-    p.needs("LINEAR_UNITS = mm; with inch divide by 25.4");
+    let linear = counting.of(false).0;
+    p.needs(format!(
+        "LINEAR_UNITS = {linear}, as `control_units` of the machine description says"
+    ));
     p.needs("no COMP_FILE of the same joint: it replaces BACKLASH");
-    p.note("joints are numbered in the order of the axes here: compare with [KINS]; while running, `halcmd setp ini.N.backlash` changes the same value");
+    let letters: String = counting
+        .joints
+        .iter()
+        .map(|id| id.map_or('-', AxisId::letter))
+        .collect();
+    p.note(format!(
+        "joints are numbered as {letters} (`joint_axes` of the machine description): compare with [KINS]; while running, `halcmd setp ini.N.backlash` changes the same value"
+    ));
 }
 
 fn fanuc(p: &mut Parameters, method: &str, axes: &[ToldAxis], detection_unit_um: f64) {
@@ -617,7 +665,6 @@ fn reprap(p: &mut Parameters, axes: &[ToldAxis]) {
     let all = linear(p, axes);
     let Some(first) = all.first() else { return };
     let multiple = short(first.config.compensation.fixed_by_travel.multiple, 0);
-    let multiple = multiple.trim_end_matches(".0").to_owned();
     p.line(format!("M425{} S{multiple}", words(&all)));
     for axis in &all {
         p.set(
@@ -656,4 +703,23 @@ fn smoothie(p: &mut Parameters, axes: &[ToldAxis]) {
     }
     p.needs("version 2 writes alpha.backlash_mm and needs backlash_enable = true");
     p.note("how the steps are spread is taken as of Marlin without smoothing");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_zeros_behind_the_point_are_cut() {
+        let texts = [
+            (10.0, 0),
+            (20.0, 0),
+            (1.0, 0),
+            (0.05, 4),
+            (100.0, 1),
+            (0.0, 3),
+        ]
+        .map(|(value, decimals)| short(value, decimals));
+        assert_eq!(texts, ["10", "20", "1", "0.05", "100.0", "0.0"]);
+    }
 }

@@ -145,11 +145,12 @@ fn units_and_signs_are_those_of_the_control() {
         of(Control::Smoothieware).paste[0],
         "alpha_backlash_mm    0.04    # X"
     );
-    // Spread over twice the gap it comes late on an arc: told too much it is worse than none.
-    let late = of(Control::RepRapFirmware);
-    let reason = late.refused.unwrap_or_default();
-    assert!(reason.contains("if told a gap 30 % too large"), "{reason}");
-    assert!(late.paste.is_empty() && late.trust.is_some_and(|trust| trust.within.is_some()));
+    // Spread over twice the gap it comes late on an arc: as little as the control takes is best.
+    let soon = of(Control::RepRapFirmware);
+    assert_eq!(soon.refused, None);
+    assert!(soon.chosen.starts_with("over 1 gap"), "{}", soon.chosen);
+    assert!(soon.paste[0].ends_with(" S1"), "{:?}", soon.paste);
+    assert!(soon.after.rms < soon.before.rms);
     assert!(of(Control::Marlin).paste[0].starts_with("M425 F1.0 S"));
     assert_eq!(of(Control::GrblHal).paste[1], "$161=0.058");
     for control in [Control::Haas, Control::Klipper, Control::Own] {
