@@ -1,7 +1,8 @@
 //! grbl's and grblHAL's settings: lines `$110=1500.000 (x rate, mm/min)`.
 //!
 //! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in
-//! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C.
+//! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C. $140 to
+//! $149 differ from firmware to firmware: they are told.
 //! Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the
 //! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
 //! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
@@ -61,6 +62,8 @@ struct Setting<'a> {
     line: usize,
     code: u32,
     value: &'a str,
+    /// What stands behind the value.
+    comment: &'a str,
 }
 
 /// Reads the settings.
@@ -171,15 +174,39 @@ fn setting<'a>(
         .trim()
         .parse()
         .map_err(|_| problem(line, &format!("${}", key.trim()), "is not a setting", hint))?;
+    let end = value.find(['(', ';']).unwrap_or(value.len());
+    let (value, comment) = value.split_at(end);
     Ok(Some(Setting {
         line,
         code,
-        value: value.split(['(', ';']).next().unwrap_or(value).trim(),
+        value: value.trim(),
+        comment,
     }))
 }
 
+fn says(comment: &str, word: &str) -> bool {
+    comment.to_ascii_lowercase().contains(word)
+}
+
+/// What $140 to $149 are, which controls use in their own ways: of uCNC and of forks of grbl for
+/// megas the backlash, a current of grblHAL and Grbl_Esp32.
+fn of_driver_or_gap(comment: &str) -> &'static str {
+    if says(comment, "backlash") {
+        "backlash, not carried, since firmware has it in mm or in steps: as gap_um in the axis' load, with compensation.method = \"fixed\""
+    } else if says(comment, "current") {
+        "of the motor's driver: the drive comes from the preset"
+    } else {
+        "a current of the motor's driver (grblHAL, Grbl_Esp32), or backlash in mm or steps (uCNC, grbl-mega): not carried; if it is backlash, as gap_um in the axis' load, with compensation.method = \"fixed\""
+    }
+}
+
 fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Problem> {
-    let Setting { line, code, value } = *setting;
+    let Setting {
+        line,
+        code,
+        value,
+        comment,
+    } = *setting;
     let name = format!("${code}");
     // The last digit is the axis, those before it the quantity: $110 is the rate of X.
     let axis = AxisId::from_index((code % 10) as usize)
@@ -187,7 +214,8 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
     let Some(axis) = axis.filter(|_| !matches!(code / 10, 14 | 15)) else {
         let (fate, note) = match code {
             22 | 23 => (Fate::Used, "where the machine's zero is"),
-            140..160 => (
+            140..150 => (Fate::Ignored, of_driver_or_gap(comment)),
+            150..160 => (
                 Fate::Ignored,
                 "of the motor's driver: the drive comes from the preset",
             ),
@@ -213,6 +241,13 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
     }
     let amount = number(line, &name, value)?;
     let gap = code >= 160;
+    // grblHAL tells gaps with three digits behind the point.
+    if gap && amount >= 1.0 && !value.contains('.') && !says(comment, "backlash") {
+        let note =
+            "a whole number: microsteps (Grbl_Esp32), no gap in mm; a gap is written as 1.000";
+        draft.row(name, value, Fate::Ignored, note);
+        return Ok(());
+    }
     // A limit of 0 would stop the axis; a gap of 0 is none.
     if amount < 0.0 || (amount == 0.0 && !gap) {
         let hint = if gap {

@@ -10,7 +10,7 @@
 //! 01/2023 p. 209 (first entries of 32300 and 32431). Units of 32000, 32300 and 32431 are taken from
 //! the list manual of the 840D sl, and listed as guesses.
 
-use super::draft::{Draft, Fate, LEADING, Quantity, Told};
+use super::draft::{Draft, Fate, LEADING, Quantity, Told, float};
 use super::{Format, ImportOptions, lettered, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -342,7 +342,11 @@ fn take(
             return Ok(None);
         }
         _ => {
-            draft.row(key, datum.value, Fate::Ignored, "");
+            let note = match friction(datum, data, turns)? {
+                Some(note) => note,
+                None => left_out(datum.name).to_owned(),
+            };
+            draft.row(key, datum.value, Fate::Ignored, note);
             return Ok(None);
         }
     };
@@ -353,6 +357,59 @@ fn take(
     };
     draft.tell(axis, quantity, told, datum.value);
     Ok(unit)
+}
+
+/// What compensations are that are not carried.
+fn left_out(name: &str) -> &'static str {
+    match name {
+        "MA_BACKLASH_DYN" | "MA_BACKLASH_DYN_MAX_VELO" | "MA_BACKLASH_MODE" => {
+            "dynamic backlash, which the PLC switches: not carried"
+        }
+        "MA_ENC_COMP_ENABLE" | "MA_CEC_ENABLE" => {
+            "compensation of the screw or of sag: not carried, as the machine's errors are not"
+        }
+        _ => "",
+    }
+}
+
+/// What a datum of the friction compensation (MD32490 to MD32580) says; `None` if it is none of it. An
+/// axis runs one method, that of its gap: this one is told in the keys of `decaying-pulse`.
+fn friction(datum: &Datum<'_>, data: &[Datum<'_>], turns: bool) -> Result<Option<String>, Problem> {
+    let Some(name) = datum.name.strip_prefix("MA_FRICT_COMP_") else {
+        return Ok(None);
+    };
+    let own = |name: &str| {
+        let mut all = data.iter();
+        all.rfind(|it| it.name == name && it.index.last() == datum.index.last())
+    };
+    let is_on = own("MA_FRICT_COMP_ENABLE").map_or(Ok(false), switch)?;
+    let mode = own("MA_FRICT_COMP_MODE")
+        .map_or(Ok(1.0), |it| not_negative(it.line, &it.key(), it.value))?;
+    if !is_on || mode == 0.0 {
+        return Ok(Some("friction compensation, which is off".to_owned()));
+    }
+    // mm/min or rev/min; m/s2 or rev/s2; s.
+    let (speed, rise) = if turns {
+        (DEGREES / 60.0, DEGREES)
+    } else {
+        (1.0 / 60.0, 1e3)
+    };
+    let value = |factor: f64| {
+        let value = not_negative(datum.line, &datum.key(), datum.value)?;
+        Ok::<_, Problem>(float(value * factor))
+    };
+    let what = match name {
+        "CONST_MAX" => format!("height_units_s = {}", value(speed)?),
+        "CONST_MIN" => format!("least_height_units_s = {}", value(speed)?),
+        "TIME" => format!("time_ms = {}", value(1e3)?),
+        "ACCEL1" | "ACCEL2" | "ACCEL3" => {
+            format!("{} of acceleration_units_s2", value(rise)?)
+        }
+        _ => "method decaying-pulse".to_owned(),
+    };
+    Ok(Some(format!(
+        "friction compensation is at work, and not carried: {what} (compensation.decaying_pulse)"
+    )))
 }
 
 /// The weight of an axis' gap, of the first set of parameters (MD32452); 1 if it is not told.

@@ -125,6 +125,39 @@ fn grblhal_settings() {
     );
 }
 
+/// What $140 and $160 mean, firmware has in its own ways: what may be a backlash is told.
+#[test]
+fn grbl_settings_that_may_be_a_backlash_are_told() {
+    let row = |more: &str, key: &str| {
+        let (imported, machine) = imported("dump.txt", &format!("{GRBL}{more}"));
+        let mut rows = imported.rows.iter();
+        let row = rows.find(|row| row.key == key).unwrap().clone();
+        let x = machine.axis(AxisId::X).unwrap();
+        (row.fate, row.note, x.config.compensation.method.name())
+    };
+    for (more, says) in [
+        ("$140=0.05\n", "if it is backlash"),
+        ("$140=0.05 (X-axis backlash)\n", "backlash, not carried"),
+        ("$140=500 (x current, mA)\n", "of the motor's driver"),
+    ] {
+        let (fate, note, method) = row(more, "$140");
+        assert_eq!((fate, method), (Fate::Ignored, "none"), "{more}");
+        assert!(note.contains(says), "{more}{note}");
+    }
+    // Microsteps are no gap of 16 mm.
+    let (fate, note, method) = row("$160=16\n", "$160");
+    assert_eq!((fate, method), (Fate::Ignored, "none"));
+    assert!(note.contains("microsteps"), "{note}");
+    for more in [
+        "$160=0.050\n",
+        "$160=1.000\n",
+        "$160=1 (X-axis backlash, mm)\n",
+    ] {
+        let (fate, _, method) = row(more, "$160");
+        assert_eq!((fate, method), (Fate::Used, "fixed"), "{more}");
+    }
+}
+
 const INI: &str = "[EMC]\nMACHINE = Bench Mill\n[KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n[TRAJ]\nCOORDINATES = X Y Z A\nLINEAR_UNITS = inch\nANGULAR_UNITS = degree\n[AXIS_X]\nMAX_VELOCITY = 9.0\n[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2.0\nMAX_ACCELERATION = 30.0\nBACKLASH = 0.001\nFERROR = 0.05\n[JOINT_1]\nMIN_LIMIT = 0.5\nMAX_LIMIT = 8\nMAX_VELOCITY = 2.0\n[JOINT_2]\nMIN_LIMIT = -4\nMAX_LIMIT = 0\n[JOINT_3]\nTYPE = ANGULAR\nMAX_VELOCITY = 30\nMIN_LIMIT = -360\nMAX_LIMIT = 360\nBACKLASH = 0.02\n";
 
 #[test]

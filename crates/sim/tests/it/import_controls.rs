@@ -694,6 +694,46 @@ fn sinumerik_machine_data() {
     assert!(bad.contains("in inches"), "{bad}");
 }
 
+/// Compensations that are not carried are named, with what they are here.
+#[test]
+fn sinumerik_compensations_that_are_left_out_are_named() {
+    let data = |enable: u32| {
+        format!(
+            "{SINUMERIK}N32456 $MA_BACKLASH_DYN[0,AX1]=0.004\nN32490 $MA_FRICT_COMP_MODE[0,AX1]=1\nN32500 $MA_FRICT_COMP_ENABLE[AX1]={enable}\nN32520 $MA_FRICT_COMP_CONST_MAX[0,AX1]=30\nN32540 $MA_FRICT_COMP_TIME[0,AX1]=0.015\nN32550 $MA_FRICT_COMP_ACCEL1[0,AX1]=0.02\nN32520 $MA_FRICT_COMP_CONST_MAX[0,AX2]=6\n"
+        )
+    };
+    let (told, machine) = read("nc.arc", &data(1));
+    let note = |told: &Imported, key: &str| -> String {
+        let row = told.rows.iter().find(|row| row.key == key).unwrap();
+        assert_eq!(row.fate, Fate::Ignored, "{key}");
+        row.note.clone()
+    };
+    // The method of the gap is the one that is carried.
+    let x = machine.axis(AxisId::X).unwrap();
+    assert_eq!(x.config.compensation.method.name(), "actual-value");
+    for (key, says) in [
+        ("$MA_FRICT_COMP_ENABLE[AX1]", "at work, and not carried"),
+        // 30 mm/min, 0.015 s, 0.02 m/s2.
+        ("$MA_FRICT_COMP_CONST_MAX[0,AX1]", "height_units_s = 0.5 "),
+        ("$MA_FRICT_COMP_TIME[0,AX1]", "time_ms = 15.0 "),
+        (
+            "$MA_FRICT_COMP_ACCEL1[0,AX1]",
+            "20.0 of acceleration_units_s2",
+        ),
+        // Nothing switches that of the other axis on.
+        ("$MA_FRICT_COMP_CONST_MAX[0,AX2]", "which is off"),
+        ("$MA_BACKLASH_DYN[0,AX1]", "not carried"),
+    ] {
+        let found = note(&told, key);
+        assert!(found.contains(says), "{key}: {found}");
+    }
+    let (told, _) = read("nc.arc", &data(0));
+    let found = note(&told, "$MA_FRICT_COMP_CONST_MAX[0,AX1]");
+    assert!(found.contains("which is off"), "{found}");
+    let bad = refused("nc.arc", &data(1).replace("=0.015", "=soon"));
+    assert!(bad.contains("`soon` is not a number"), "{bad}");
+}
+
 const FANUC: &str = "%\nN01001P00000000\nN01006Q1A1P00000000A2P00000001\nN01020Q1A1P88A2P65\nN01320Q1A1P10000A2P99999999\nN01321Q1A1P-762000A2P-99999999\nN01420Q1A1P30000A2P7200\nN01620Q1A1P125A2P100\nN01800P00010000\nN01828Q1A1P8000A2P8000\nN01829Q1A1P500A2P500\nN01851Q1A1P12A2P4\nN01852Q1A1P20A2P4\nN01851Q2A1P99\nN02020Q1A1P300\n%\n";
 
 #[test]
