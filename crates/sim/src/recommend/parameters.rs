@@ -112,8 +112,12 @@ impl Parameters {
         self.paste.push(line);
     }
 
+    /// Said once, though both joints of a gantry need it.
     fn needs(&mut self, text: impl Into<String>) {
-        self.preconditions.push(text.into());
+        let text = text.into();
+        if !self.preconditions.contains(&text) {
+            self.preconditions.push(text);
+        }
     }
 
     fn note(&mut self, text: impl Into<String>) {

@@ -262,6 +262,8 @@ fn settings_are_those_of_the_file_s_joints_and_units() {
     assert!(needs.contains("of 60.0 to 80.0 inch/s2"), "{needs}");
     assert!(needs.contains("STEPGEN_MAXVEL of 6.0 inch/s"), "{needs}");
     assert!(found.notes.iter().any(|note| note.contains("as XYYZ")));
+    // Both joints of Y need the same, which is said once.
+    assert_eq!(needs.matches("Y: with stepgen").count(), 1);
 
     // The same machine described in mm.
     let (_, mm) = read(&router("mm", ""));
