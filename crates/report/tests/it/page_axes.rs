@@ -128,3 +128,26 @@ fn the_tool_leans_where_its_machine_turns_it() {
         assert!((shown - tool).abs() < 0.01, "{last:?} {:?}", end.tool);
     }
 }
+
+/// LinuxCNC's settings are in the units of its INI file: 40 um are 0.001575 inch.
+#[test]
+fn gaps_to_set_are_in_the_units_of_the_control() {
+    use lostmotion_gcode::Units;
+    use lostmotion_sim::control::Control;
+
+    let (run, all, program) = run("G21 G90 F600\nG1 X2\nX0\nM2\n", &["fixed"]);
+    let record = all.page.finish(&run);
+    let preset = Machine::preset("vmc3-worn").unwrap();
+    for (control, units, says) in [
+        (Control::LinuxCnc, Units::Inch, "X 0.001575 inch, "),
+        (Control::LinuxCnc, Units::Mm, "X 0.04 mm, "),
+        (Control::Fanuc, Units::Inch, "X 0.04 mm, "),
+    ] {
+        let machine = preset.edit(|m| {
+            m.simulate.control = Some(control);
+            m.control_units = units;
+        });
+        let text = page(&run, &machine.unwrap(), &program, &record).unwrap();
+        assert!(without_scripts(&text).contains(says), "{says}");
+    }
+}
