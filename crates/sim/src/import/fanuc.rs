@@ -286,11 +286,23 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
         let note = match entry.value.parse::<f64>() {
             Ok(gain) if entry.number == 1825 => super::untaken_gain(gain * GAIN_PER_S),
-            _ => String::new(),
+            _ => backlash_acceleration(entry.number, entry.value).to_owned(),
         };
         draft.row(entry.name(), entry.value, Fate::Ignored, note);
     }
     Ok(draft)
+}
+
+/// What the servo adds at reversals, which is not carried: its units have no primary source here. Bits
+/// are written from #7 to #0.
+fn backlash_acceleration(number: u32, value: &str) -> &'static str {
+    match number {
+        2003 if value.chars().rev().nth(5) == Some('1') => {
+            "backlash acceleration (2003#5) is on, and not carried"
+        }
+        2009 | 2048 | 2071 => "of the backlash acceleration (2003#5), which is not carried",
+        _ => "",
+    }
 }
 
 fn take(

@@ -125,8 +125,20 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     };
     // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
     let pins = Pins::new(name, line, &hal, &ini);
+    let tables: Vec<(&Entry, String)> = ini
+        .entries
+        .iter()
+        .filter(|entry| entry.key == "COMP_FILE" && joints.of(&entry.section).is_some())
+        .filter_map(|entry| Some((entry, entry.text(&mut draft, options)?)))
+        .collect();
     let mut limits = Limits::default();
     for entry in &ini.entries {
+        let has_table = |(table, _): &(&Entry, String)| table.section == entry.section;
+        if entry.key == "BACKLASH" && tables.iter().any(has_table) {
+            let note = "LinuxCNC does not use it beside a COMP_FILE";
+            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
+            continue;
+        }
         // Files are told where they are read.
         let is_told = match entry.key.as_str() {
             "HALFILE" | "POSTGUI_HALFILE" => true,
@@ -159,13 +171,13 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     }
     limits.set(&mut draft);
     let units = (joints.units.linear, joints.units.angular);
-    for entry in ini.entries.iter().filter(|entry| entry.key == "COMP_FILE") {
+    for (entry, text) in &tables {
         let Some(joint) = joints.of(&entry.section) else {
             continue;
         };
         let kind = ini.first(&[&entry.section], "COMP_FILE_TYPE");
         let unit = if joint.1 { units.1 } else { units.0 };
-        if let Err(found) = linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, options) {
+        if let Err(found) = linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, text) {
             problems.push(found);
         }
     }

@@ -314,7 +314,7 @@ fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The gap that a screw's table holds: forward less backward, the middle one of its rows. LinuxCNC
+/// The gap that a screw's table holds, of the file's text: forward less backward, the middle one of its rows. LinuxCNC
 /// reads up to the first line that is no triplet.
 pub(super) fn screw(
     draft: &mut Draft,
@@ -322,12 +322,9 @@ pub(super) fn screw(
     kind: Option<&Entry>,
     (axis, _): Numbered,
     mm: f64,
-    options: &ImportOptions<'_>,
+    text: &str,
 ) -> Result<(), Problem> {
     let named = NamedFile { entry, mm };
-    let Some(text) = named.entry.text(draft, options) else {
-        return Ok(());
-    };
     if let Some(kind) = kind {
         let value = number(kind.line, &kind.name(), &kind.value)?;
         if value != 0.0 && value != 1.0 {
@@ -372,7 +369,6 @@ pub(super) fn screw(
         least,
         most
     );
-    replace_backlash(draft, entry, axis);
     // Of two joints of an axis the wider gap counts.
     if let Some(other) = &draft.axis(axis, axis.is_rotary()).gap
         && other.value > middle
@@ -388,16 +384,4 @@ pub(super) fn screw(
     };
     draft.tell(axis, Quantity::Gap, told, &shown);
     Ok(())
-}
-
-/// LinuxCNC does not use the BACKLASH of a joint that has a table.
-fn replace_backlash(draft: &mut Draft, table: &Entry, axis: AxisId) {
-    let own = format!("[{}] BACKLASH", table.section);
-    let rows = draft.rows.iter_mut();
-    for row in rows.filter(|row| row.key == own && row.fate == Fate::Used) {
-        row.fate = Fate::Ignored;
-        row.note = "LinuxCNC does not use it beside a COMP_FILE".to_owned();
-    }
-    let gap = &mut draft.axis(axis, axis.is_rotary()).gap;
-    gap.take_if(|gap| gap.from == own);
 }

@@ -736,6 +736,37 @@ fn sinumerik_compensations_that_are_left_out_are_named() {
 
 const FANUC: &str = "%\nN01001P00000000\nN01006Q1A1P00000000A2P00000001\nN01020Q1A1P88A2P65\nN01320Q1A1P10000A2P99999999\nN01321Q1A1P-762000A2P-99999999\nN01420Q1A1P30000A2P7200\nN01620Q1A1P125A2P100\nN01800P00010000\nN01828Q1A1P8000A2P8000\nN01829Q1A1P500A2P500\nN01851Q1A1P12A2P4\nN01852Q1A1P20A2P4\nN01851Q2A1P99\nN02020Q1A1P300\n%\n";
 
+/// The backlash acceleration of the servo is told, not carried.
+#[test]
+fn fanuc_backlash_acceleration_is_told() {
+    let more = "N02003Q1A1P00101000A2P00001000\nN02048Q1A1P100A2P100\n%\n";
+    let (told, _) = read("params.txt", &FANUC.replace("N02020Q1A1P300\n%\n", more));
+    let notes: Vec<(&str, Fate)> = told
+        .rows
+        .iter()
+        .filter(|row| row.key.contains("2003") || row.key.contains("2048"))
+        .map(|row| (row.note.as_str(), row.fate))
+        .collect();
+    assert_eq!(
+        notes,
+        [
+            (
+                "backlash acceleration (2003#5) is on, and not carried",
+                Fate::Ignored
+            ),
+            ("", Fate::Ignored),
+            (
+                "of the backlash acceleration (2003#5), which is not carried",
+                Fate::Ignored
+            ),
+            (
+                "of the backlash acceleration (2003#5), which is not carried",
+                Fate::Ignored
+            ),
+        ]
+    );
+}
+
 #[test]
 fn fanuc_parameters() {
     let (told, machine) = read("CNC-PARA.TXT", FANUC);

@@ -311,6 +311,8 @@ fn a_table_counts_before_backlash() {
         "COMP_FILE = screw.comp\nCOMP_FILE_TYPE = 1\n[JOINT_3]",
         1,
     );
+    // Set by HAL it is passed over, too.
+    let text = format!("{text}[HAL]\nHALCMD = setp ini.0.backlash 0.004\n");
     let files = |_: &str| Ok("-1 0 0.001\n0 0 0.001\n1 0 0.001\n".to_owned());
     let options = ImportOptions {
         files: &files,
@@ -322,9 +324,11 @@ fn a_table_counts_before_backlash() {
     assert!((gap(AxisId::X) - 0.0254).abs() < 1e-9);
     assert!((gap(AxisId::Y) - 0.0762).abs() < 1e-9);
     let row = |key: &str| told.rows.iter().find(|row| row.key == key).unwrap();
-    let backlash = row("[JOINT_0] BACKLASH");
-    assert_eq!(backlash.fate, Fate::Ignored);
-    assert!(backlash.note.contains("beside a COMP_FILE"));
+    assert_eq!(row("[JOINT_0] BACKLASH").fate, Fate::Ignored);
+    let notes: Vec<&str> = told.rows.iter().map(|row| row.note.as_str()).collect();
+    let beside = "LinuxCNC does not use it beside a COMP_FILE";
+    // That of HAL, and of the second joint of Y.
+    assert_eq!(notes.iter().filter(|note| **note == beside).count(), 2);
     assert_eq!(row("[JOINT_0] COMP_FILE").fate, Fate::Used);
     assert_eq!(row("[JOINT_1] BACKLASH").fate, Fate::Used);
     assert_eq!(row("[JOINT_2] COMP_FILE").fate, Fate::Ignored);
