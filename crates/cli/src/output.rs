@@ -175,9 +175,9 @@ pub(crate) fn go_on(result: io::Result<()>) -> Result<bool, Failure> {
 }
 
 /// Prints a whole text.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
     let mut out = stdout();
-    go_on(out.write_all(text.as_bytes()).and_then(|()| out.flush())).map(|_| ())
+    go_on(out.write_all(text.as_ref()).and_then(|()| out.flush())).map(|_| ())
 }
 
 /// Prints a remark on stderr; a closed stderr is ignored.
@@ -240,12 +240,12 @@ pub(crate) fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure>
 }
 
 /// Writes a text to a file, which appears complete or not at all, or to stdout for `-`.
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+pub(crate) fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
     if is_standard(path) {
         return print(text);
     }
     let mut file = AtomicFile::create(path)?;
-    file.write_all(text.as_bytes())
+    file.write_all(text.as_ref())
         .map_err(|error| WriteError::io("write", path, error))?;
     file.commit()?;
     Ok(())

@@ -66,7 +66,7 @@ pub(crate) fn completions(args: &Completions, mut program: Command) -> Result<u8
     let name = program.get_name().to_owned();
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, name, &mut text);
-    output::print(&String::from_utf8_lossy(&text))?;
+    output::print(&text)?;
     Ok(DONE)
 }
 
@@ -100,7 +100,7 @@ pub(crate) fn man(args: &ManPages, mut program: Command) -> Result<u8, Failure> 
         })?;
     }
     let page = page(command).map_err(unwritten)?;
-    output::print(&String::from_utf8_lossy(&page))?;
+    output::print(&page)?;
     Ok(DONE)
 }
 

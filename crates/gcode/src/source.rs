@@ -1,8 +1,10 @@
 //! Lines and blocks from bytes: lines end with LF, CR LF or CR alone, a byte order mark is skipped,
 //! lengths are bounded.
 
+use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::limits::Limits;
 use crate::problem::Problem;
+use crate::syntax::reading::{is_printers_code, merge_exponents, parse_accepted};
 use crate::syntax::{Block, Fault, Text, Tokens, parse_block};
 use lostmotion_base::span::Span;
 use memchr::memchr2;
@@ -201,6 +203,8 @@ pub struct Blocks<R> {
     lines: Lines<R>,
     block: Block,
     limits: Limits,
+    /// Whose lines they are; RS274/NGC without leniencies if `None`.
+    dialect: Option<(Dialect, Leniencies)>,
 }
 
 /// A line and what it was parsed to.
@@ -235,6 +239,32 @@ impl<R: BufRead> Blocks<R> {
             lines: Lines::new(source, limits.line_bytes),
             block: Block::default(),
             limits,
+            dialect: None,
+        }
+    }
+
+    /// The same with lines as a dialect has them. What it passes over has no words: commands with text,
+    /// codes that only printers have.
+    ///
+    /// ```
+    /// use lostmotion_gcode::{Blocks, Dialect, Limits};
+    ///
+    /// let dialect = Dialect::Marlin;
+    /// let mut blocks = Blocks::new(&b"M117 go to X5\nG1 X5 E.2\n"[..], Limits::default())
+    ///     .accepting(dialect, dialect.leniencies());
+    /// let mut words = Vec::new();
+    /// while let Some(parsed) = blocks.read()? {
+    ///     assert!(parsed.fault.is_none());
+    ///     words.push(parsed.block.words.len());
+    /// }
+    /// assert_eq!(words, [0, 3]);
+    /// # Ok::<(), std::io::Error>(())
+    /// ```
+    #[must_use]
+    pub fn accepting(self, dialect: Dialect, leniencies: Leniencies) -> Blocks<R> {
+        Blocks {
+            dialect: Some((dialect, leniencies)),
+            ..self
         }
     }
 
@@ -248,7 +278,9 @@ impl<R: BufRead> Blocks<R> {
         };
         let line_bytes = self.lines.line();
         let fault = match kind {
-            LineKind::Whole => parse_block(line_bytes, &mut self.block, &self.limits).err(),
+            LineKind::Whole => {
+                parse_line(line_bytes, &mut self.block, &self.limits, self.dialect).err()
+            }
             // Only its beginning was kept: parsing that could mean anything.
             LineKind::TooLong(bytes) => {
                 self.block.clear();
@@ -272,6 +304,29 @@ impl<R: BufRead> Blocks<R> {
             fault,
         }))
     }
+}
+
+/// Parses a line as the interpreter does.
+fn parse_line(
+    line: &[u8],
+    block: &mut Block,
+    limits: &Limits,
+    dialect: Option<(Dialect, Leniencies)>,
+) -> Result<(), Fault> {
+    let parsed = parse_block(line, block, limits);
+    let Some((dialect, accepted)) = dialect else {
+        return parsed;
+    };
+    if let Err(fault) = parsed {
+        parse_accepted(line, block, limits, accepted, fault)?;
+    }
+    if accepted.has(Leniency::Exponents) {
+        merge_exponents(line, block, dialect.is_fanuc());
+    }
+    if dialect.is_printer() && accepted.has(Leniency::PrinterCodes) && is_printers_code(block) {
+        block.words.clear();
+    }
+    Ok(())
 }
 
 #[cfg(test)]

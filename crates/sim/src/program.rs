@@ -102,14 +102,22 @@ impl Program {
         })
     }
 
+    /// All bytes.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn bytes(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.open()?.read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
     /// The whole text; bytes that are not UTF-8 become replacement characters.
     ///
     /// # Errors
     /// The file cannot be read.
     pub fn text(&self) -> std::io::Result<String> {
-        let mut bytes = Vec::new();
-        self.open()?.read_to_end(&mut bytes)?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        Ok(String::from_utf8_lossy(&self.bytes()?).into_owned())
     }
 
     /// The text of the block that a span of the program lies in, trimmed and cut to 80 characters.

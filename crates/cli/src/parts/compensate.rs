@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Compensate, quiet: bool) -> Result<u8, Failure> {
         other => Failure::message(format!("{}: {other}", program.name())),
     })?;
     if answer.refused.is_none() {
-        write_text(&args.out, &answer.text)?;
+        write_text(&args.out, &answer.bytes)?;
     }
     let name = args.out.display().to_string();
     let text = text::rewritten(&name, &answer, &shown());

@@ -102,7 +102,8 @@ pub enum Op {
 /// A letter with its value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// Upper case.
+    /// Upper case; of `,R` and `,C` [`CORNER_RADIUS`](super::CORNER_RADIUS) and
+    /// [`CORNER_CHAMFER`](super::CORNER_CHAMFER).
     pub letter: u8,
     /// Its value.
     pub value: Value,
@@ -191,6 +192,8 @@ pub struct Block {
     pub arguments: Vec<Value>,
     /// The inside of the last comment.
     pub comment: Option<Text>,
+    /// Where the checksum stands, with its `*`.
+    pub checksum: Option<Text>,
     /// Postfix code of all values that are not literals.
     pub ops: Vec<Op>,
     /// A word has its letter in lower case.
@@ -214,6 +217,7 @@ impl Block {
         self.line_number_text = Text::default();
         self.flow_text = Text::default();
         self.comment = None;
+        self.checksum = None;
         self.words.clear();
         self.settings.clear();
         self.arguments.clear();

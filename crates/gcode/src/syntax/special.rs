@@ -12,9 +12,9 @@ use crate::problem::Problem;
 use nom::Err;
 
 /// What stands for `,R` and `,C` among the letters of words.
-pub(crate) const CORNER_RADIUS: u8 = b'r';
+pub const CORNER_RADIUS: u8 = b'r';
 /// See [`CORNER_RADIUS`].
-pub(crate) const CORNER_CHAMFER: u8 = b'c';
+pub const CORNER_CHAMFER: u8 = b'c';
 
 /// Parses a line with the given leniencies, and says which of them it took.
 ///
@@ -29,16 +29,16 @@ pub(crate) fn parse_special(
     block.clear();
     let mut taken = Vec::new();
     // The checksum comes off first: it covers everything before its `*`.
-    let (line, checked) = if accepted.has(Leniency::Checksums) {
-        checksum(line)?
-    } else {
-        (line, false)
-    };
-    if checked {
+    let mut words = line;
+    if accepted.has(Leniency::Checksums)
+        && let Some(place) = checksum(line)?
+    {
+        words = line.get(..place.start as usize).unwrap_or_default();
+        block.checksum = Some(place);
         taken.push(Leniency::Checksums);
     }
     let mut reader = Reader {
-        line,
+        line: words,
         limits,
         accepted,
         taken,
@@ -53,15 +53,24 @@ pub(crate) fn parse_special(
     }
 }
 
-/// The line without its checksum, which is the exclusive or of the bytes before its `*`.
-fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
+/// The checksum of a line of RepRap's, from the bytes before its `*`.
+///
+/// ```
+/// assert_eq!(lostmotion_gcode::syntax::line_checksum(b"N3 T0"), 57);
+/// ```
+pub fn line_checksum(before: &[u8]) -> u8 {
+    before.iter().fold(0, |sum, byte| sum ^ byte)
+}
+
+/// Where the checksum of a line stands, if it has one.
+fn checksum(line: &[u8]) -> Result<Option<Text>, Fault> {
     // A `*` in a comment or in an expression is none: only digits may follow it.
     let comment = line
         .iter()
         .position(|byte| matches!(byte, b'(' | b';'))
         .unwrap_or(line.len());
     let Some(at) = line.iter().take(comment).rposition(|byte| *byte == b'*') else {
-        return Ok((line, false));
+        return Ok(None);
     };
     let (before, after) = (
         line.get(..at).unwrap_or_default(),
@@ -71,12 +80,14 @@ fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
         .ok()
         .and_then(|text| text.trim().parse::<u8>().ok());
     let Some(found) = digits else {
-        return Ok((line, false));
+        return Ok(None);
     };
-    // RepRap's checksum: exclusive or over the bytes of the line.
-    let wanted = before.iter().fold(0, |sum, byte| sum ^ byte);
+    let wanted = line_checksum(before);
     if found == wanted {
-        return Ok((before, true));
+        return Ok(Some(Text {
+            start: at as u32,
+            len: 1 + after.trim_ascii_end().len() as u32,
+        }));
     }
     Err(Fault {
         rest: line.len() - at,

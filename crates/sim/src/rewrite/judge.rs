@@ -7,6 +7,7 @@ use crate::machine::Machine;
 use crate::observer::{ContourPoint, Observer};
 use crate::options::SimulateOptions;
 use crate::program::Program;
+use crate::results::HARM_UM;
 use crate::simulation::Simulation;
 use lostmotion_base::units::UM_PER_MM;
 
@@ -17,6 +18,9 @@ const NEIGHBOURS: usize = 3;
 /// along a cut is as far.
 const ON_RAPID: f64 = 0.5;
 
+/// Part of the RMS that has to be gained. A choice: less is not worth another program.
+const LEAST_GAIN: f64 = 0.1;
+
 /// What a machine makes of a program.
 #[derive(Debug)]
 pub(super) struct Judged {
@@ -25,8 +29,83 @@ pub(super) struct Judged {
     pub(super) duration_s: f64,
     /// Why the machine stops, if it does.
     pub(super) stop: Option<String>,
+    /// Where it is off most.
+    pub(super) worst: Option<Worst>,
     /// The error of each piece; empty where nobody asks for it.
     pub(super) off: Vec<Off>,
+    /// The largest error on each move of the original, mm.
+    of_steps: Vec<f64>,
+}
+
+/// Where the tool is off the contour of the original the most.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Worst {
+    /// The line of the original whose move it is off.
+    pub(super) line: usize,
+    pub(super) at_mm: [f64; 3],
+    pub(super) off_um: f64,
+}
+
+impl Judged {
+    /// The largest error on the move of a line, um.
+    pub(super) fn on(&self, steps: &[Original], line: usize) -> f64 {
+        let mut of_steps = steps.iter().zip(&self.of_steps);
+        let found = of_steps.find(|(step, _)| step.line == line);
+        found.map_or(0.0, |(_, off)| off * UM_PER_MM)
+    }
+}
+
+/// Why a program does not help enough, if it does not: by which of the two measures, and where the tool
+/// is off most before and after. At the ends of a wide interval the least gap that is taken up is too
+/// small a part of the true one.
+pub(super) fn no_help(
+    before: &Judged,
+    after: &Judged,
+    steps: &[Original],
+    when: &str,
+) -> Option<String> {
+    let (old, new) = (&before.leaves, &after.leaves);
+    let needed = if new.rms_um > (1.0 - LEAST_GAIN) * old.rms_um {
+        format!(
+            "RMS {:.2} um in place of {:.2} (it has to shrink by {:.0} %), at most {:.2} um in place of {:.2}",
+            new.rms_um,
+            old.rms_um,
+            100.0 * LEAST_GAIN,
+            new.max_um,
+            old.max_um
+        )
+    } else if new.max_um > old.max_um + HARM_UM {
+        format!(
+            "RMS {:.2} um in place of {:.2}, at most {:.2} um in place of {:.2} (it may grow by {HARM_UM} um)",
+            new.rms_um, old.rms_um, new.max_um, old.max_um
+        )
+    } else {
+        return None;
+    };
+    let place = |worst: &Worst, other: &Judged, name: &str| {
+        let [x, y, z] = worst.at_mm.map(|at| format!("{at:.3}"));
+        format!(
+            "line {} at X{x} Y{y} Z{z} ({:.2} um, {name} at most {:.2})",
+            worst.line,
+            worst.off_um,
+            other.on(steps, worst.line)
+        )
+    };
+    let old = before
+        .worst
+        .as_ref()
+        .map(|worst| place(worst, after, "after"));
+    let new = after
+        .worst
+        .as_ref()
+        .map(|worst| place(worst, before, "before"));
+    let places = match (old, new) {
+        (Some(old), Some(new)) => {
+            format!("; the worst before is on {old}, after on {new}, lines of the original")
+        }
+        _ => String::new(),
+    };
+    Some(format!("it does not help enough{when}: {needed}{places}"))
 }
 
 /// Runs a program and measures the tool against the moves of the original.
@@ -44,6 +123,8 @@ pub(super) fn judge(
         squares: 0.0,
         count: 0,
         max: 0.0,
+        worst: None,
+        of_steps: vec![0.0; steps.len()],
         off: normals.map_or_else(Vec::new, Normals::room),
         normals,
     };
@@ -60,7 +141,9 @@ pub(super) fn judge(
         },
         duration_s: run.plan.duration_s,
         stop: stop.map(|stop| format!("line {}: {}", stop.block.span.line, stop.limit)),
+        worst: judge.worst,
         off: judge.off,
+        of_steps: judge.of_steps,
     })
 }
 
@@ -71,6 +154,8 @@ struct OffContour<'a> {
     squares: f64,
     count: u64,
     max: f64,
+    worst: Option<Worst>,
+    of_steps: Vec<f64>,
     normals: Option<&'a Normals<'a>>,
     off: Vec<Off>,
 }
@@ -116,8 +201,25 @@ impl Observer for OffContour<'_> {
             if distance.is_finite() {
                 self.squares += distance * distance;
                 self.count += 1;
-                self.max = self.max.max(distance);
+                self.note(other, distance, at);
             }
+        }
+    }
+}
+
+impl OffContour<'_> {
+    /// Takes a distance from a move into account.
+    fn note(&mut self, step: usize, distance: f64, at_mm: [f64; 3]) {
+        if let Some(most) = self.of_steps.get_mut(step) {
+            *most = most.max(distance);
+        }
+        if distance > self.max {
+            self.max = distance;
+            self.worst = self.steps.get(step).map(|step| Worst {
+                line: step.line,
+                at_mm: std::array::from_fn(|axis| at_mm[axis] - step.shift[axis]),
+                off_um: distance * UM_PER_MM,
+            });
         }
     }
 }

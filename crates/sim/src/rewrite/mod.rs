@@ -9,6 +9,7 @@
 //! lines     the program as lines; what cannot be moved is refused by its line      (text.rs)
 //! pieces    moves of the front end, cut at reversals, with the directions on them     (pieces.rs)
 //! writer    end points moved, take-ups put in: as rapids where nothing is cut          (writer.rs)
+//! again     the new text read again: its end points against those meant                 (again.rs)
 //! judge     the machine's tool on the new program against the contour of the original (judge.rs)
 //! normal    what is left of each piece besides the gap, taken off along its normal    (normal.rs)
 //! ```
@@ -16,6 +17,7 @@
 //! The new text is read again and its end points held against the pieces before anything else is
 //! done with it.
 
+mod again;
 mod judge;
 mod normal;
 mod pieces;
@@ -25,20 +27,20 @@ mod writer;
 
 use crate::error::SimError;
 use crate::machine::Machine;
+use crate::motion::interpreter_config;
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::recommend::{uncertainty, with_gap_times};
-use crate::results::HARM_UM;
-use crate::simulation::Simulation;
-use judge::{Judged, judge};
+use again::{of_new, read_again};
+use judge::{Judged, judge, no_help};
 use lostmotion_base::AxisId;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_gcode::Dialect;
 use lostmotion_methods::USUAL_SHARE;
 use normal::{Normals, Off, Shifts};
 use pieces::{Original, Stretch, original_lines, steps, stretches};
-use results::{Leaves, LeavesWith, Rewritten};
-use text::{Line, lines};
+use results::{LeavesWith, Rewritten};
+use text::{TextLines, lines};
 use writer::new_text;
 
 /// X, Y and Z: the axes that are moved.
@@ -47,8 +49,6 @@ const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 const ROUNDING_MM: f64 = 2e-4;
 /// Bytes of a program's text for each move at most. A choice: lines of five axes with comments have 60.
 const BYTES_OF_A_MOVE: u64 = 100;
-/// Part of the RMS that has to be gained. A choice: less is not worth another program.
-const LEAST_GAIN: f64 = 0.1;
 /// Widest interval of a gap, as a part of it. A choice: beyond, less than a fifth of it is taken up.
 const WIDEST: f64 = 0.8;
 /// Rounds of taking off what is left along the normal. A choice: the first two take off most of it.
@@ -90,10 +90,12 @@ impl Default for RewriteOptions {
 #[non_exhaustive]
 pub enum RewriteError {
     /// What stands on a line is not rewritten.
-    #[error("line {line}: {what}")]
+    #[error("line {line}{}: {what}", column.map_or_else(String::new, |column| format!(", column {column}")))]
     Line {
         /// The line, from 1.
         line: usize,
+        /// The column, from 1; `None` for all of the line.
+        column: Option<usize>,
         /// What it is.
         what: String,
     },
@@ -171,12 +173,12 @@ pub fn rewrite(
         )
         .into());
     }
-    let source = program.text().map_err(|source| SimError::Read {
+    let source = program.bytes().map_err(|source| SimError::Read {
         name: program.name().to_owned(),
         source,
     })?;
-    let lines = lines(source.as_bytes(), machine.program_units(), &options.limits)?;
-    let steps = steps(program, machine, options, &lines, wanted.max_moves)?;
+    let lines = lines(&source, &interpreter_config(machine, options))?;
+    let steps = steps(program, machine, options, &lines.all, wanted.max_moves)?;
     let pieces: Vec<Vec<Stretch>> = steps.iter().map(stretches).collect::<Result<_, _>>()?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
     let shares = machine
@@ -188,7 +190,7 @@ pub fn rewrite(
         program,
         machine,
         options,
-        of_original: original_lines(&lines, &steps),
+        of_original: original_lines(&lines.all, &steps),
         lines,
         steps,
         pieces,
@@ -247,7 +249,7 @@ struct Work<'a> {
     program: &'a Program,
     machine: &'a Machine,
     options: &'a SimulateOptions,
-    lines: Vec<Line>,
+    lines: TextLines,
     steps: Vec<Original>,
     pieces: Vec<Vec<Stretch>>,
     /// For each line of the original the move that it is on.
@@ -304,10 +306,12 @@ impl Work<'_> {
         };
         let text = new_text(&self.lines, &moves, self.dialect, &mut answer)?;
         answer.text = String::from_utf8_lossy(&text.text).into_owned();
-        let new = Program::from_str(self.program.name(), &answer.text);
-        read_again(&new, machine, options, &text)?;
+        answer.bytes.clone_from(&text.text);
+        let new = Program::from_bytes(self.program.name(), text.text.as_slice());
         let (steps, of_lines) = (&self.steps, &text.steps);
-        let judged = judge(&new, machine, options, steps, of_lines, Some(normals))?;
+        read_again(&new, machine, options, &text, steps)?;
+        let judged = judge(&new, machine, options, steps, of_lines, Some(normals));
+        let judged = judged.map_err(|error| of_new(error, of_lines, steps))?;
         Ok(Attempt {
             answer,
             new,
@@ -338,11 +342,11 @@ impl Work<'_> {
         } = attempt;
         (answer.before, answer.time_before_s) = (before.leaves, before.duration_s);
         (answer.after, answer.time_after_s) = (after.leaves, after.duration_s);
-        if let Some(stop) = after.stop {
+        if let Some(stop) = &after.stop {
             answer.refused = Some(format!("the machine would stop: {stop}"));
             return Ok(answer);
         }
-        answer.refused = no_help(&answer.before, &answer.after, "");
+        answer.refused = no_help(before, &after, &self.steps, "");
         let told = self.told;
         answer.is_uncertainty_told = told > 0.0;
         if told > WIDEST {
@@ -363,8 +367,9 @@ impl Work<'_> {
             );
             let stops = after
                 .stop
+                .as_ref()
                 .map(|stop| format!("the machine would stop{when}: {stop}"));
-            let refused = stops.or_else(|| no_help(&before.leaves, &after.leaves, &when));
+            let refused = stops.or_else(|| no_help(&before, &after, &self.steps, &when));
             answer.refused = answer.refused.or(refused);
             answer.uncertain.push(LeavesWith {
                 factor,
@@ -374,19 +379,6 @@ impl Work<'_> {
         }
         Ok(answer)
     }
-}
-
-/// Why a program does not help enough, if it does not. At the ends of a wide interval the least gap
-/// that is taken up is too small a part of the true one.
-fn no_help(before: &Leaves, after: &Leaves, when: &str) -> Option<String> {
-    let worse =
-        after.rms_um > (1.0 - LEAST_GAIN) * before.rms_um || after.max_um > before.max_um + HARM_UM;
-    worse.then(|| {
-        format!(
-            "it does not help enough{when}: RMS {:.2} um in place of {:.2}, at most {:.2} um in place of {:.2}",
-            after.rms_um, before.rms_um, after.max_um, before.max_um
-        )
-    })
 }
 
 /// Half of the least that the gaps of X, Y and Z may be, mm.
@@ -445,48 +437,4 @@ fn half_gaps(machine: &Machine, wanted: &RewriteOptions) -> Result<[f64; 3], Rew
         ));
     }
     Ok(half)
-}
-
-/// Reads the new program as any other and holds the end points of its moves against those meant.
-fn read_again(
-    new: &Program,
-    machine: &Machine,
-    options: &SimulateOptions,
-    text: &Text,
-) -> Result<(), RewriteError> {
-    let curves = Simulation::new(new, machine)
-        .options(options.clone())
-        .curves()?;
-    let mut meant = text.ends.iter().peekable();
-    let mut check = |line: usize, end: [f64; 3]| {
-        // Moves that go nowhere are no moves of the front end. A line that stays as it is may go on the
-        // way to its place by more moves than before, from half a gap aside: its last one counts.
-        while meant.next_if(|(on, _)| *on < line).is_some() {}
-        let mut found = None;
-        while let Some((_, place)) = meant.next_if(|(on, _)| *on == line) {
-            found = Some(*place);
-        }
-        let off = found.map_or(f64::INFINITY, |meant| {
-            (0..3)
-                .map(|axis| (end[axis] - meant[axis]).abs())
-                .fold(0.0, f64::max)
-        });
-        if off <= ROUNDING_MM {
-            return Ok(());
-        }
-        Err(RewriteError::Machine(format!(
-            "line {line} of the new program does not lead where it is meant to: nothing is written; please report this program"
-        )))
-    };
-    // Where the last move of the present line ends.
-    let mut last: Option<(usize, [f64; 3])> = None;
-    for item in curves {
-        let item = item?;
-        let line = item.motion.block.span.line as usize;
-        let end = item.motion.curve.end().linear();
-        if let Some((before, end)) = last.replace((line, end)).filter(|(on, _)| *on != line) {
-            check(before, end)?;
-        }
-    }
-    last.map_or(Ok(()), |(line, end)| check(line, end))
 }

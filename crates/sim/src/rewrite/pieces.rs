@@ -1,6 +1,6 @@
 //! The moves of a program, each on a line of its own, cut where one of their axes reverses.
 
-use super::text::{LETTERS, Line, refuse};
+use super::text::{LETTERS, Line, WRITE, refuse};
 use super::{RewriteError, STILL_MM};
 use crate::machine::Machine;
 use crate::motion::{ProgrammedMove, reversals};
@@ -51,6 +51,10 @@ pub(super) fn steps(
         let block = item.motion.block;
         let line = block.span.line as usize;
         let rapid = item.is_rapid();
+        // What an extruder does alone is no way.
+        if item.motion.curve.length() <= STILL_MM && !lines_way(lines, line) {
+            continue;
+        }
         if steps.len() >= max_moves {
             return Err(refuse(
                 line,
@@ -58,14 +62,17 @@ pub(super) fn steps(
             ));
         }
         if (block.span.file, block.call_stack) != (0, 0) {
-            return Err(refuse(line, "moves of subroutines are not rewritten"));
+            return Err(refuse(
+                line,
+                format!("moves of subroutines are not rewritten: {WRITE}"),
+            ));
         }
         let Some(text) = line.checked_sub(1).and_then(|index| lines.get(index)) else {
             return Err(refuse(line, "the move stands on no line"));
         };
         let odd = text.is_not_plain();
-        if let Some(what) = odd.clone().filter(|_| !rapid) {
-            return Err(refuse(line, what));
+        if let Some(odd) = odd.clone().filter(|_| !rapid) {
+            return Err(odd.on(line));
         }
         if let Some(last) = steps.last()
             && last.line >= line
@@ -73,7 +80,9 @@ pub(super) fn steps(
         {
             return Err(refuse(
                 line,
-                "the line moves more than once: loops, calls and cycles are not rewritten",
+                format!(
+                    "the line moves more than once: loops, calls and cycles are not rewritten; {WRITE}"
+                ),
             ));
         }
         let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
@@ -89,7 +98,10 @@ pub(super) fn steps(
             ));
         }
         if matches!(item.motion.curve, Curve::Quintic(_)) {
-            return Err(refuse(line, "splines are not rewritten"));
+            return Err(refuse(
+                line,
+                "splines are not rewritten: write them as short lines",
+            ));
         }
         // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
         // the joints.
@@ -114,6 +126,12 @@ pub(super) fn steps(
         });
     }
     Ok(steps)
+}
+
+/// Whether a line has a word of an axis.
+fn lines_way(lines: &[Line], line: usize) -> bool {
+    let found = line.checked_sub(1).and_then(|index| lines.get(index));
+    found.is_none_or(Line::has_way)
 }
 
 /// A move cut where one of its axes reverses.

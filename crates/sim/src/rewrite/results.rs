@@ -42,7 +42,10 @@ pub struct Rewritten {
     pub machine: String,
     /// Tolerance of the verdict, um.
     pub tolerance_um: f64,
-    /// The new program. Not part of the JSON form: it is a file of its own.
+    /// The new program, byte for byte as it is to be written. Not part of the JSON form: it is a file of its own.
+    #[serde(skip)]
+    pub bytes: Vec<u8>,
+    /// The same as text; bytes that are not UTF-8 are replacement characters.
     #[serde(skip)]
     pub text: String,
     /// Half of the gap of each of X, Y and Z by which end points are moved, mm.

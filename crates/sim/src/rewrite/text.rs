@@ -1,12 +1,17 @@
 //! Lines of a program: what they say, and their words with other values.
 
 use super::RewriteError;
-use lostmotion_gcode::syntax::{Block, Value, parse_block};
-use lostmotion_gcode::{Limits, Units};
+use lostmotion_gcode::codes::{Group, find};
+use lostmotion_gcode::syntax::{
+    Block, CORNER_CHAMFER, CORNER_RADIUS, Keyword, Text, Value, Word, line_checksum,
+};
+use lostmotion_gcode::{Blocks, Code, InterpreterConfig, Units};
 use std::borrow::Cow;
 
 /// Letters of the axes that are moved.
 pub(super) const LETTERS: [u8; 3] = *b"XYZ";
+/// Letters of words that make a way.
+const WAYS: &[u8] = b"XYZABCUVWIJKR";
 /// Mark in the header of a new program, by which it is known again.
 pub(super) const MARK: &str = "rewritten by lostmotion";
 
@@ -25,8 +30,23 @@ const REFUSED: [(f64, &str); 8] = [
     (51.0, "scaling (G51)"),
     (68.0, "rotated coordinates (G68)"),
     (93.0, "inverse time feed (G93)"),
-    (18.2, "another control's plane"),
+    (18.2, "another control's plane (G18.2)"),
 ];
+
+/// What makes plain lines of a program that has other ones.
+pub(super) const WRITE: &str = "run `lostmotion gcode write` first, which makes plain lines of it";
+/// Byte order mark.
+const BOM: &[u8] = b"\xef\xbb\xbf";
+
+/// The lines of a program.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TextLines {
+    pub(super) all: Vec<Line>,
+    /// What stands before the first of them: a byte order mark, or nothing.
+    pub(super) mark: &'static [u8],
+    /// How many of them nothing may stand before: up to the last of `%` and the number of the program.
+    pub(super) head: usize,
+}
 
 /// A line of the program.
 #[derive(Clone, Debug)]
@@ -40,140 +60,257 @@ pub(super) struct Line {
     block: Block,
 }
 
-/// The lines of a program, with the unit and the feed that are in force; `units` are those in which it
-/// starts.
-///
-/// # Errors
-/// A line that cannot be read, that switches to what is not rewritten, or that marks a program which
-/// was rewritten before.
-pub(super) fn lines(
-    bytes: &[u8],
-    units: Units,
-    limits: &Limits,
-) -> Result<Vec<Line>, RewriteError> {
-    let (mut all, mut mm, mut feed, mut is_relative) = (Vec::new(), units.mm(), None, false);
-    for (index, raw) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
-        let cut = raw.iter().rposition(|byte| !matches!(byte, b'\n' | b'\r'));
-        let (text, end) = raw.split_at(cut.map_or(0, |at| at + 1));
-        let number = index + 1;
-        let mut block = Block::default();
-        parse_block(text, &mut block, limits)
-            .map_err(|fault| refuse(number, fault.problem.to_string()))?;
-        if comment(text, &block).is_some_and(|comment| comment.contains(MARK)) {
-            return Err(refuse(
-                number,
-                "the program has been rewritten already, and would compensate twice: rewrite the original program instead",
-            ));
-        }
-        for code in codes(&block, b'G') {
-            if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == code) {
-                return Err(refuse(number, format!("{what} are not rewritten")));
-            }
-            if code == 20.0 {
-                mm = Units::Inch.mm();
-            } else if code == 21.0 {
-                mm = Units::Mm.mm();
-            } else if code == 90.0 || code == 91.0 {
-                is_relative = code == 91.0;
-            }
-        }
-        if is_relative && goes_a_distance(&block) {
-            return Err(refuse(
-                number,
-                "distances (G91) are not rewritten, but for a way home like G91 G28 Z0",
-            ));
-        }
-        let line = Line {
-            text: text.to_vec(),
-            end: end.to_vec(),
-            mm,
-            feed: None,
-            block,
-        };
-        if let Some(word) = line.word(b'F') {
-            feed = Some(word);
-        }
-        all.push(Line {
-            feed: feed.clone(),
-            ..line
-        });
-    }
-    Ok(all)
+/// Why something is not rewritten, and where on its line it stands; the whole line if `None`.
+#[derive(Clone, Debug)]
+pub(super) struct Odd {
+    place: Option<Text>,
+    what: String,
 }
 
-/// Whether a line under G91 moves by a distance. `G28 Z0` and `G30 Z0` do not: they go to a place of the machine from
-/// where the axis stands.
-fn goes_a_distance(block: &Block) -> bool {
-    let goes_home = codes(block, b'G').any(|code| code == 28.0 || code == 30.0);
-    block.words.iter().any(|word| {
-        b"XYZABCUVWIJKR".contains(&word.letter)
-            && !(goes_home && matches!(word.value, Value::Number(value) if value == 0.0))
+impl Odd {
+    fn new(place: Text, what: impl Into<String>) -> Odd {
+        Odd {
+            place: Some(place),
+            what: what.into(),
+        }
+    }
+
+    /// As an error of a line.
+    pub(super) fn on(self, line: usize) -> RewriteError {
+        RewriteError::Line {
+            line,
+            column: self.place.map(|place| place.start as usize + 1),
+            what: self.what,
+        }
+    }
+}
+
+/// The lines of a program as its dialect has them, with the unit and the feed that are in force. What
+/// cannot be read is left to the front end, which knows whether the program comes there.
+///
+/// # Errors
+/// A line that switches to what is not rewritten, or that marks a program which was rewritten before.
+pub(super) fn lines(bytes: &[u8], config: &InterpreterConfig) -> Result<TextLines, RewriteError> {
+    let (mark, bytes) = match bytes.strip_prefix(BOM) {
+        Some(rest) => (BOM, rest),
+        None => (&b""[..], bytes),
+    };
+    let (mut all, mut modes) = (Vec::new(), InForce::at_start(config.program_units));
+    let mut blocks =
+        Blocks::new(bytes, config.limits.clone()).accepting(config.dialect, config.leniencies);
+    // Reading from memory does not fail.
+    while let Ok(Some(parsed)) = blocks.read() {
+        let rest = bytes.get(parsed.place.start as usize..).unwrap_or_default();
+        let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+        let cut = rest.iter().position(is_end).unwrap_or(rest.len());
+        let (text, rest) = rest.split_at(cut);
+        let end = usize::from(!rest.is_empty()) + usize::from(rest.starts_with(b"\r\n"));
+        let mut line = Line {
+            text: text.to_vec(),
+            end: rest.get(..end).unwrap_or_default().to_vec(),
+            mm: 1.0,
+            feed: None,
+            block: parsed.block.clone(),
+        };
+        if parsed.fault.is_some() {
+            line.block.clear();
+        }
+        modes
+            .take(&line)
+            .map_err(|odd| odd.on(parsed.place.line as usize))?;
+        (line.mm, line.feed) = (modes.mm, modes.feed.clone());
+        all.push(line);
+    }
+    let words = all.iter().position(Line::says_something);
+    let start = all.get(..words.unwrap_or(all.len())).unwrap_or_default();
+    Ok(TextLines {
+        head: start.iter().rposition(Line::is_head).map_or(0, |at| at + 1),
+        mark,
+        all,
     })
 }
 
-/// The comment of a line, in whichever way it is written.
-fn comment<'a>(text: &'a [u8], block: &Block) -> Option<Cow<'a, str>> {
-    let place = block.comment?;
-    let (from, to) = (place.start as usize, (place.start + place.len) as usize);
-    text.get(from..to).map(String::from_utf8_lossy)
+/// What is in force while the lines are gone through.
+#[derive(Clone, Debug)]
+struct InForce {
+    mm: f64,
+    feed: Option<String>,
+    is_relative: bool,
+    /// The program may go on elsewhere than on the next line.
+    jumps: bool,
+    /// It has ended: what follows is none of its lines.
+    has_ended: bool,
+}
+
+impl InForce {
+    fn at_start(units: Units) -> InForce {
+        InForce {
+            mm: units.mm(),
+            feed: None,
+            is_relative: false,
+            jumps: false,
+            has_ended: false,
+        }
+    }
+
+    /// Goes over a line.
+    fn take(&mut self, line: &Line) -> Result<(), Odd> {
+        let block = &line.block;
+        if let Some((place, comment)) = line.comment()
+            && comment.contains(MARK)
+        {
+            return Err(Odd::new(
+                place,
+                "the program has been rewritten already, and would compensate twice: rewrite the original program instead",
+            ));
+        }
+        if self.has_ended {
+            return Ok(());
+        }
+        for (code, place) in codes(block, b'G') {
+            if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == code) {
+                return Err(Odd::new(
+                    place,
+                    format!("what is under {what} is not rewritten: {WRITE}"),
+                ));
+            }
+            if code == 20.0 {
+                self.mm = Units::Inch.mm();
+            } else if code == 21.0 {
+                self.mm = Units::Mm.mm();
+            } else if code == 90.0 || code == 91.0 {
+                self.is_relative = code == 91.0;
+            }
+        }
+        if let Some(place) = distance(block).filter(|_| self.is_relative) {
+            return Err(Odd::new(
+                place,
+                format!(
+                    "distances (G91) are not rewritten, but for a way home like G91 G28 Z0: {WRITE}"
+                ),
+            ));
+        }
+        // An expression may have another value where the feed is said again.
+        if block.words.iter().any(|word| word.letter == b'F') {
+            self.feed = line.value(b'F').and_then(|_| line.word(b'F'));
+        }
+        self.jumps |= block.flow.is_some() && !line.is_head();
+        let ends = |code: f64| code == 2.0 || code == 30.0;
+        self.has_ended =
+            !self.jumps && !block.deletable && codes(block, b'M').any(|(code, _)| ends(code));
+        Ok(())
+    }
+}
+
+/// The first word by which a line under G91 moves a distance. `G28 Z0` and `G30 Z0` have none: they go to a
+/// place of the machine from where the axis stands.
+fn distance(block: &Block) -> Option<Text> {
+    let goes_home = codes(block, b'G').any(|(code, _)| code == 28.0 || code == 30.0);
+    let moves = |word: &&Word| {
+        WAYS.contains(&word.letter)
+            && !(goes_home && matches!(word.value, Value::Number(value) if value == 0.0))
+    };
+    block.words.iter().find(moves).map(|word| word.text)
 }
 
 pub(super) fn refuse(line: usize, what: impl Into<String>) -> RewriteError {
     RewriteError::Line {
         line,
+        column: None,
         what: what.into(),
     }
 }
 
-/// The literal codes of a letter on a line.
-fn codes(block: &Block, letter: u8) -> impl Iterator<Item = f64> {
+/// The literal codes of a letter on a line, and where they stand.
+fn codes(block: &Block, letter: u8) -> impl Iterator<Item = (f64, Text)> {
     block.words.iter().filter_map(move |word| match word.value {
-        Value::Number(value) if word.letter == letter => Some(value),
+        Value::Number(value) if word.letter == letter => Some((value, word.text)),
         _ => None,
     })
 }
 
 impl Line {
+    /// The comment, in whichever way it is written.
+    fn comment(&self) -> Option<(Text, Cow<'_, str>)> {
+        let place = self.block.comment?;
+        Some((place, String::from_utf8_lossy(self.piece(place)?)))
+    }
+
+    fn piece(&self, place: Text) -> Option<&[u8]> {
+        let (from, to) = (place.start as usize, (place.start + place.len) as usize);
+        self.text.get(from..to)
+    }
+
     /// Why its end point cannot be moved, if it cannot.
-    pub(super) fn is_not_plain(&self) -> Option<String> {
+    pub(super) fn is_not_plain(&self) -> Option<Odd> {
         let block = &self.block;
-        if block.flow.is_some() || !block.settings.is_empty() {
-            return Some("O-words and parameters are not rewritten".to_owned());
+        if block.flow.is_some() {
+            let what = format!("a line of control flow is not rewritten: {WRITE}");
+            return Some(Odd::new(block.flow_text, what));
+        }
+        if let Some(setting) = block.settings.first() {
+            let what = "a move beside a setting of a parameter is not rewritten: put the setting on a line of its own";
+            return Some(Odd::new(setting.text, what));
         }
         if block.deletable {
-            return Some("a block that may be skipped (/) is not rewritten".to_owned());
+            let what =
+                "a block that may be skipped (/) is not rewritten: take the / or the block out";
+            return Some(Odd {
+                place: None,
+                what: what.to_owned(),
+            });
         }
-        let expression =
-            |word: &&lostmotion_gcode::syntax::Word| !matches!(word.value, Value::Number(_));
-        if let Some(word) = block.words.iter().find(expression) {
-            return Some(format!(
-                "{} is an expression: write the number",
-                char::from(word.letter)
-            ));
+        let is_expression = |word: &&Word| !matches!(word.value, Value::Number(_));
+        if let Some(word) = block.words.iter().find(is_expression) {
+            let letter = char::from(word.letter);
+            let what = format!(
+                "{letter} is an expression, and stays as it is: write its number, or {WRITE}"
+            );
+            return Some(Odd::new(word.text, what));
         }
-        let odd = codes(block, b'G').find(|code| !PLAIN.contains(code));
-        odd.map(|code| format!("G{code} is not rewritten: put the move on a line of its own"))
+        let is_corner = |word: &&Word| matches!(word.letter, CORNER_RADIUS | CORNER_CHAMFER);
+        if let Some(word) = block.words.iter().find(is_corner) {
+            let what = format!("a corner with ,R or ,C is not rewritten: {WRITE}");
+            return Some(Odd::new(word.text, what));
+        }
+        let odd = codes(block, b'G').find(|(code, _)| !PLAIN.contains(code));
+        let Some((code, place)) = odd else {
+            let what = "what moves without a word of an axis is not rewritten";
+            return (!self.has_way()).then(|| Odd {
+                place: None,
+                what: what.to_owned(),
+            });
+        };
+        let row = find(Code::g((10.0 * code).round() as u16));
+        let moves = row.is_none_or(|row| row.group == Group::Motion || row.leniency.is_some());
+        let hint = if moves {
+            WRITE
+        } else {
+            "put the move on a line of its own"
+        };
+        Some(Odd::new(place, format!("G{code} is not rewritten: {hint}")))
     }
 
     /// The value of a word as a number, in the line's unit.
     pub(super) fn value(&self, letter: u8) -> Option<f64> {
-        codes(&self.block, letter).next()
+        codes(&self.block, letter).next().map(|(value, _)| value)
     }
 
     /// A word as it stands.
     fn word(&self, letter: u8) -> Option<String> {
         let word = self.block.words.iter().find(|word| word.letter == letter)?;
-        let (from, to) = (
-            word.text.start as usize,
-            (word.text.start + word.text.len) as usize,
-        );
-        let text = self.text.get(from..to)?;
-        Some(String::from_utf8_lossy(text).into_owned())
+        Some(String::from_utf8_lossy(self.piece(word.text)?).into_owned())
+    }
+
+    /// Whether it has a word of an axis, or of an arc.
+    pub(super) fn has_way(&self) -> bool {
+        let mut words = self.block.words.iter();
+        words.any(|word| WAYS.contains(&word.letter))
     }
 
     /// Whether it says which motion it makes.
     pub(super) fn has_motion(&self) -> bool {
-        codes(&self.block, b'G').any(|code| code <= 3.0)
+        codes(&self.block, b'G').any(|(code, _)| code <= 3.0)
     }
 
     /// What it takes from where X, Y and Z stand, if anything: an offset or a place that is kept.
@@ -182,7 +319,7 @@ impl Line {
             .into_iter()
             .any(|letter| self.block.words.iter().any(|word| word.letter == letter));
         let level = self.value(b'L');
-        codes(&self.block, b'G').find_map(|code| match code {
+        codes(&self.block, b'G').find_map(|(code, _)| match code {
             92.0 if has_axis => Some("G92"),
             10.0 if has_axis && level == Some(20.0) => Some("G10 L20"),
             10.0 if has_axis && level == Some(10.0) => Some("G10 L10"),
@@ -196,43 +333,60 @@ impl Line {
     /// Whether nothing may come between its move and its other words.
     pub(super) fn has_code_behind_the_move(&self) -> bool {
         let stops = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0];
-        codes(&self.block, b'M').any(|code| stops.contains(&code)) || self.value(b'E').is_some()
+        codes(&self.block, b'M').any(|(code, _)| stops.contains(&code))
+            || self.value(b'E').is_some()
     }
 
     /// Whether it is `%` or the number of the program, before which nothing may stand.
-    pub(super) fn is_head(&self) -> bool {
-        self.block.percent || self.block.words.is_empty() && self.text.first() == Some(&b'O')
+    fn is_head(&self) -> bool {
+        self.block.percent || matches!(self.block.flow, Some((_, Keyword::Bare)))
+    }
+
+    /// Whether it is more than a comment or of the head.
+    fn says_something(&self) -> bool {
+        let block = &self.block;
+        !(block.words.is_empty() && block.settings.is_empty())
+            || block.flow.is_some() && !self.is_head()
     }
 
     /// The line with these words: those that it has get the values, the others are put behind its
-    /// last word.
+    /// last word, its motion before the first.
     pub(super) fn with(&self, words: &[(u8, String)]) -> Vec<u8> {
-        let mut text = self.text.clone();
-        let mut missing = String::new();
-        // From the end on, so that places before stay right.
-        let mut found: Vec<(usize, usize, &str)> = Vec::new();
+        let of = &self.block.words;
+        let (mut motion, mut missing) = (String::new(), String::new());
+        let mut changes: Vec<(usize, usize, &str)> = Vec::new();
         for (letter, value) in words {
-            let word = self.block.words.iter().find(|word| word.letter == *letter);
-            match word {
+            match of.iter().find(|word| word.letter == *letter) {
+                // Printers have their code first.
+                _ if *letter == b'G' => motion = format!("G{value} "),
                 // Behind the letter.
-                Some(word) if *letter != b'G' => found.push((
-                    word.text.start as usize + 1,
-                    (word.text.start + word.text.len) as usize,
-                    value,
-                )),
-                _ => missing.push_str(&format!(" {}{value}", char::from(*letter))),
+                Some(word) => {
+                    let start = word.text.start as usize;
+                    changes.push((start + 1, start + word.text.len as usize, value));
+                }
+                None => missing.push_str(&format!(" {}{value}", char::from(*letter))),
             }
         }
-        let behind = self
-            .block
-            .words
+        let ends = of
             .iter()
             .map(|word| (word.text.start + word.text.len) as usize);
-        let behind = behind.max().unwrap_or(text.len());
-        found.push((behind, behind, &missing));
-        found.sort_by_key(|(from, ..)| std::cmp::Reverse(*from));
-        for (from, to, value) in found {
-            text.splice(from..to, value.bytes());
+        let behind = ends.max().unwrap_or(self.text.len());
+        let before = of.iter().map(|word| word.text.start as usize).min();
+        let before = before.unwrap_or(behind);
+        changes.push((behind, behind, &missing));
+        changes.push((before, before, &motion));
+        // From the end on, so that places before stay right.
+        changes.sort_by_key(|(from, ..)| std::cmp::Reverse(*from));
+        let mut text = self.text.clone();
+        for (from, to, value) in &changes {
+            text.splice(*from..*to, value.bytes());
+        }
+        if let Some(place) = self.block.checksum {
+            // All changes stand before it.
+            let start = (place.start as usize + text.len()).saturating_sub(self.text.len());
+            let sum = line_checksum(text.get(..start).unwrap_or_default());
+            let stretch = start..(start + place.len as usize).min(text.len());
+            text.splice(stretch, format!("*{sum}").bytes());
         }
         text
     }

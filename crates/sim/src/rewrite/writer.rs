@@ -1,7 +1,7 @@
 //! The new program: end points moved, arcs in pieces, take-ups put in.
 
 use super::results::Rewritten;
-use super::text::{LETTERS, Line, MARK, refuse};
+use super::text::{LETTERS, Line, MARK, TextLines, refuse};
 use super::{Moves, Original, ROUNDING_MM, RewriteError, STILL_MM, Stretch, Text};
 use lostmotion_gcode::Dialect;
 use lostmotion_path::Curve;
@@ -17,32 +17,35 @@ const MOST_EVENED_MM: f64 = 0.1;
 
 /// Writes the new program.
 pub(super) fn new_text(
-    lines: &[Line],
+    lines: &TextLines,
     moves: &Moves<'_>,
     dialect: Dialect,
     answer: &mut Rewritten,
 ) -> Result<Text, RewriteError> {
     let steps = moves.steps;
     let mut writer = NewProgram {
-        out: Text::default(),
+        out: Text {
+            text: lines.mark.to_vec(),
+            ..Text::default()
+        },
         end: lines
+            .all
             .iter()
             .map(|line| line.end.clone())
             .find(|end| !end.is_empty())
             .unwrap_or_else(|| b"\n".to_vec()),
-        semicolon: matches!(dialect, Dialect::Marlin | Dialect::Klipper),
+        semicolon: dialect.is_printer(),
         half: moves.half,
         side: [0.0; 3],
         commanded: None,
         was_rapid: true,
     };
-    let (mut next, mut is_headed) = (0, false);
+    let mut next = 0;
     // The first piece of the next move, counted over the whole program.
     let mut piece = 0;
-    for (index, line) in lines.iter().enumerate() {
-        if !is_headed && !line.is_head() {
+    for (index, line) in lines.all.iter().enumerate() {
+        if index == lines.head {
             writer.header(answer);
-            is_headed = true;
         }
         let from = next;
         while steps.get(next).is_some_and(|step| step.line == index + 1) {
@@ -85,7 +88,7 @@ pub(super) fn new_text(
         }
     }
     // As the last line of the original ends.
-    if lines.last().is_some_and(|line| line.end.is_empty()) {
+    if lines.all.last().is_some_and(|line| line.end.is_empty()) {
         let cut = writer.out.text.len().saturating_sub(writer.end.len());
         writer.out.text.truncate(cut);
     }

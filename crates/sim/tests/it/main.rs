@@ -30,6 +30,7 @@ mod measure;
 mod memory;
 mod random_five_axis;
 mod recorded;
+mod rewrite;
 mod robot_joint;
 mod sample_parts;
 mod settings;

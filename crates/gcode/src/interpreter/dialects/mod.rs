@@ -8,14 +8,15 @@ mod renamed;
 mod variables;
 
 use super::Interpreter;
-use crate::codes::{Code, whole};
+use crate::codes::Code;
 use crate::diagnostics::Diagnostic;
 use crate::dialect::{Dialect, LENIENCIES, Leniency};
 use crate::exec::corner::is_straight;
 use crate::exec::words::SECONDARY_BITS;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::syntax::special::{is_heidenhain, parse_special, siemens_word};
+use crate::syntax::reading::{is_printers_code, merge_exponents, parse_accepted};
+use crate::syntax::special::siemens_word;
 use crate::syntax::{Fault, Text, Value};
 pub(crate) use builder::words as builders_words;
 pub(crate) use fanuc::ModalMacro;
@@ -64,36 +65,21 @@ impl Interpreter {
     /// Another try at a line that is a fault in RS274/NGC.
     #[cold]
     pub(crate) fn parse_specially(&mut self, fault: Fault) -> Result<(), Fault> {
-        let accepted = self.config.leniencies;
-        // The dialect's own grammar; only if it took something that RS274/NGC lacks is the line
-        // accepted.
-        match parse_special(&self.line, &mut self.block, &self.config.limits, accepted) {
-            Ok(taken) if !taken.is_empty() => {
-                if !self.is_passing() {
-                    taken.into_iter().for_each(|leniency| self.tell(leniency));
-                }
-                return Ok(());
-            }
-            Err(Fault { rest, problem }) if matches!(*problem, Problem::Checksum { .. }) => {
-                return Err(Fault { rest, problem });
-            }
-            _ => {}
+        let taken = parse_accepted(
+            &self.line,
+            &mut self.block,
+            &self.config.limits,
+            self.config.leniencies,
+            fault,
+        )
+        .inspect_err(|fault| {
+            // A program for quite another control: one message instead of one for each line.
+            self.state.ended |= matches!(*fault.problem, Problem::Heidenhain);
+        })?;
+        if !self.is_passing() {
+            taken.into_iter().for_each(|leniency| self.tell(leniency));
         }
-        // A program for quite another control: one message instead of one for each line.
-        if is_heidenhain(&self.line) {
-            self.state.ended = true;
-            return Err(Fault {
-                problem: Box::new(Problem::Heidenhain),
-                ..fault
-            });
-        }
-        match siemens_word(&self.line) {
-            Some(what) => Err(Fault {
-                problem: Box::new(Problem::Siemens { what }),
-                ..fault
-            }),
-            None => Err(fault),
-        }
+        Ok(())
     }
 
     /// What a dialect other than RS274/NGC makes of a line before its words are collected.
@@ -189,109 +175,20 @@ impl Interpreter {
         if !self.config.leniencies.has(Leniency::Exponents) {
             return false;
         }
-        let mut found = false;
-        let mut index = 0;
-        while let Some(&word) = self.block.words.get(index) {
-            let (from, to) = (
-                word.text.start as usize,
-                (word.text.start + word.text.len) as usize,
-            );
-            // The text after E decides: `E-12` and `E+3` are exponents, `E5` may be a word.
-            let exponent = self
-                .line
-                .get(from + 1..to)
-                .and_then(|text| std::str::from_utf8(text).ok())
-                .map(str::to_owned);
-            let signed = self.config.dialect.is_fanuc()
-                || exponent
-                    .as_ref()
-                    .is_some_and(|text| text.starts_with(['+', '-']));
-            match exponent.filter(|_| word.letter == b'E' && signed) {
-                Some(exponent) if self.merge_exponent(index, word.text, &exponent) => found = true,
-                _ => index += 1,
-            }
-        }
+        let found = merge_exponents(&self.line, &mut self.block, self.config.dialect.is_fanuc());
         if found {
             self.habit_at(Leniency::Exponents, self.span);
         }
         found
     }
-
-    /// Joins the E word of an index to the word or setting that ends where it begins.
-    fn merge_exponent(&mut self, index: usize, text: Text, exponent: &str) -> bool {
-        let ends_here = |other: &Text| other.start + other.len == text.start;
-        let power = |value: Value| match value {
-            Value::Number(number) => {
-                format!("{number:e}")
-                    .split_once('e')
-                    .and_then(|(digits, own)| {
-                        // The decimal exponents are added and the text is read anew, which rounds
-                        // once.
-                        let sum = own
-                            .parse::<i64>()
-                            .ok()?
-                            .checked_add(exponent.parse::<i64>().ok()?)?;
-                        format!("{digits}e{sum}")
-                            .parse::<f64>()
-                            .ok()
-                            .filter(|number| number.is_finite())
-                    })
-            }
-            Value::Ops(..) => None,
-        };
-        // The number may end a word or a setting; codes and other E words have no exponent.
-        let before = index
-            .checked_sub(1)
-            .and_then(|before| self.block.words.get_mut(before));
-        if let Some(word) = before
-            .filter(|word| ends_here(&word.text) && !matches!(word.letter, b'G' | b'M' | b'E'))
-        {
-            let Some(value) = power(word.value) else {
-                return false;
-            };
-            (word.value, word.text.len) = (Value::Number(value), word.text.len + text.len);
-        } else if let Some(setting) = self
-            .block
-            .settings
-            .iter_mut()
-            .find(|setting| ends_here(&setting.text))
-        {
-            let Some(value) = power(setting.value) else {
-                return false;
-            };
-            (setting.value, setting.text.len) = (Value::Number(value), setting.text.len + text.len);
-        } else {
-            return false;
-        }
-        self.block.words.remove(index);
-        true
-    }
 }
-
-/// G codes in tenths, and M codes, of printers that mean the same here.
-const PRINTER_G: [u16; 25] = [
-    0, 10, 20, 30, 40, 50, 170, 180, 190, 200, 210, 280, 530, 540, 550, 560, 570, 580, 590, 591,
-    592, 593, 900, 910, 920,
-];
-const PRINTER_M: [f64; 11] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 30.0];
 
 impl Interpreter {
     /// What a printer's line means on a machine tool.
     fn printer_line(&mut self) -> Line {
         let accepted = self.config.leniencies;
         // Temperatures, fans, bed levelling: they do not move the axes.
-        let foreign = self
-            .block
-            .words
-            .iter()
-            .any(|word| match (word.letter, word.value) {
-                (b'G', Value::Number(number)) => whole(number * 10.0).is_none_or(|tenths| {
-                    !PRINTER_G.iter().any(|known| f64::from(*known) == tenths)
-                }),
-                (b'M', Value::Number(number)) => !PRINTER_M.contains(&number),
-                _ => false,
-            });
-        if foreign && accepted.has(Leniency::PrinterCodes) {
+        if accepted.has(Leniency::PrinterCodes) && is_printers_code(&self.block) {
             self.tell(Leniency::PrinterCodes);
             return Line::Done;
         }
