@@ -28,6 +28,7 @@ mod motion;
 mod production;
 mod profiles;
 mod quick;
+mod reading;
 mod robust;
 mod samples;
 mod spindles;

@@ -536,19 +536,39 @@ fn fill_baseline(answer: &mut ControlSettings, run: &Run) {
     }
 }
 
-/// Why none of the ways to set a control is better than leaving it alone.
+/// Why none of the ways to set a control is better than leaving it alone, and the blocks that tell it.
 fn refusal(run: &Run) -> String {
-    let reason = run
+    let refused = run
         .results
         .iter()
-        .find_map(|result| Some((result.method.as_str(), result.not_recommended.as_deref()?)));
-    match reason {
-        Some((method, reason)) => format!("leave the compensation off: {method}: {reason}"),
-        None => {
-            "leave the compensation off: nothing that the control offers makes the error smaller"
-                .to_owned()
-        }
-    }
+        .find_map(|result| Some((result, result.not_recommended.as_deref()?)));
+    let Some((result, reason)) = refused else {
+        return format!(
+            "leave the compensation off: nothing that the control offers makes the error smaller{}",
+            run.first()
+                .map_or_else(String::new, |none| worst_block(none, "the worst block is"))
+        );
+    };
+    let without = run.first().filter(|none| none.method != result.method);
+    format!(
+        "leave the compensation off: {}: {reason}{}{}",
+        result.method,
+        worst_block(result, "its worst block is"),
+        without.map_or_else(String::new, |none| worst_block(none, "without it"))
+    )
+}
+
+/// The block with the largest error of a result, behind some words; nothing where there is none.
+fn worst_block(result: &MethodResult, words: &str) -> String {
+    let worst = result.blocks().next();
+    worst.map_or_else(String::new, |worst| {
+        format!(
+            "; {words} line {} ({:.2} um, `{}`)",
+            worst.line,
+            worst.result.max_um.abs(),
+            worst.result.text
+        )
+    })
 }
 
 /// How far off the gap of an axis may be, as a part of it: as told, or as the axis says.
