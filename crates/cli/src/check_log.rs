@@ -43,8 +43,8 @@ pub(crate) struct CheckLog {
     /// Log of all axes that move the tool, in any format that is known (`axis log` shows what is in
     /// it); it may begin and end anywhere in the program, by any clock
     pub(crate) log: PathBuf,
-    /// Which column is which axis, by its name in the log or its number: x=NAME,unit=um,sign=-,scale=2,
-    /// or time=NAME; names as x_mm, joint.0.pos-cmd and axis.x.pos-cmd are known. May be repeated
+    /// Which column is which axis, by its name in the log or its number in the file, from 1 with the
+    /// time counted: x=NAME,unit=um,sign=-,scale=2, or time=NAME; names as x_mm, joint.0.pos-cmd and axis.x.pos-cmd are known. May be repeated
     #[arg(long, value_name = "AXIS=NAME", allow_hyphen_values = true)]
     pub(crate) column: Vec<ColumnSpec>,
     /// Unit of lengths where the log does not tell it: mm, um, inch; angles are then in deg

@@ -22,7 +22,8 @@ pub(crate) struct LogInput {
     /// Parquet, MCAP, or any table (columns t_s, motor_mm, load_mm, current_a are known by their names)
     pub(crate) log: PathBuf,
     /// What a column is: time, command, motor, load, current, torque or force, by its name in the
-    /// log or its number: motor=NAME,unit=um,sign=-,scale=2; may be repeated
+    /// log or its number in the file, from 1 with the time counted:
+    /// motor=NAME,unit=um,sign=-,scale=2; may be repeated
     #[arg(long, value_name = "ROLE=NAME", allow_hyphen_values = true)]
     pub(crate) column: Vec<ColumnSpec>,
     #[command(flatten)]

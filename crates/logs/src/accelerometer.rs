@@ -1,7 +1,7 @@
 //! Accelerometers of printer firmware: Klipper's raw data and RepRapFirmware's M956.
 
 use crate::error::LogError;
-use crate::source::{Channel, Format, Header, Row, Source};
+use crate::source::{Channel, FileColumns, Format, Header, Row, Source};
 use crate::text::{Lines, no_number, number};
 use crate::unit::Unit;
 use std::io::BufRead;
@@ -43,6 +43,7 @@ fn open<'a, R: BufRead + 'a>(
         group: 0,
     });
     let header = Header {
+        columns: Some(FileColumns::behind(1, names.len())),
         format,
         channels: channels.collect(),
         groups: 1,

@@ -71,6 +71,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         }
     }
     let header = Header {
+        columns: None,
         format: Format::Camonitor,
         groups: channels.len(),
         channels,

@@ -1,7 +1,9 @@
 //! The text of LinuxCNC's `halsampler`: numbers with a blank behind each, no header, no period.
 
 use crate::error::LogError;
-use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::source::{
+    Channel, FileColumns, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source,
+};
 use crate::text::{Lines, no_number, number};
 use std::io::BufRead;
 
@@ -97,6 +99,10 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         "channels have no names and no units here: pin1 is the first".to_owned(),
     ];
     let header = Header {
+        columns: Some(FileColumns::behind(
+            usize::from(tagged),
+            cells - usize::from(tagged),
+        )),
         format: Format::Halsampler,
         channels,
         groups: 1,

@@ -1,7 +1,7 @@
 //! Logs that LinuxCNC's HALscope saves, of all three generations.
 
 use crate::error::LogError;
-use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, no_number, number};
 use std::io::BufRead;
 
@@ -105,6 +105,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         format = Format::HalscopeDisplay;
     }
     let header = Header {
+        columns: Some(FileColumns::behind(0, channels.len())),
         format,
         channels,
         groups: 1,

@@ -74,5 +74,5 @@ pub use positions::{
 };
 pub use reader::LogReader;
 pub use roles::{ColumnSpec, Role};
-pub use source::{Channel, Format, Header, ReadOptions, Row};
+pub use source::{Channel, FileColumns, Format, Header, ReadOptions, Row};
 pub use unit::{Quantity, Unit};

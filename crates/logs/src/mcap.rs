@@ -123,6 +123,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         return Err(LogError::file(name, what, hint));
     }
     let header = Header {
+        columns: None,
         format: Format::Mcap,
         groups: topics.len(),
         channels,

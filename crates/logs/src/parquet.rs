@@ -6,7 +6,7 @@
 use crate::error::LogError;
 use crate::parquet_pages::Pages;
 use crate::roles::{period_s, time_among, time_unit};
-use crate::source::{Channel, Format, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, ReadOptions, Row, Source};
 use crate::unit::Unit;
 use bytes::Bytes;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -211,11 +211,21 @@ pub(crate) fn open<'a>(
             group: 0,
         })
         .collect();
+    let of_channels = columns
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| Some(*place) != time)
+        .map(|(_, column)| column.leaf + 1)
+        .collect();
     if channels.is_empty() || channels.len() > MAX_CHANNELS {
         let what = format!("{} columns of numbers besides the time", channels.len());
         return Err(LogError::file(name, what, ""));
     }
     let header = Header {
+        columns: Some(FileColumns {
+            of_channels,
+            count: schema.num_columns(),
+        }),
         format: Format::Parquet,
         channels,
         groups: 1,

@@ -111,7 +111,8 @@ impl FromStr for Role {
 pub struct ColumnSpec {
     /// The role.
     pub role: Role,
-    /// The channel's name in the log, or its number from 1.
+    /// The channel's name in the log, or the number of its column from 1, columns of times counted, too;
+    /// of a log without columns that of the channel.
     pub name: String,
     /// Its unit; as the log tells it where this is `None`.
     pub unit: Option<Unit>,
@@ -285,6 +286,42 @@ pub(crate) struct Assigned {
     pub(crate) factor: f64,
 }
 
+/// The channel of a column's number.
+fn channel_at(header: &Header, number: usize) -> Result<usize, Refusal> {
+    let all = header.channels.len();
+    let Some(columns) = &header.columns else {
+        let found = number.checked_sub(1).filter(|channel| *channel < all);
+        return found.ok_or_else(|| {
+            let what = format!("there is no channel {number}: the log has {all}, from 1");
+            (
+                what,
+                "channels are counted here, since the log has no columns",
+            )
+        });
+    };
+    let of_channels = columns.of_channels.iter();
+    if let Some(channel) = of_channels.clone().position(|column| *column == number) {
+        return Ok(channel);
+    }
+    let count = columns.count;
+    if !(1..=count).contains(&number) {
+        let what = format!("there is no column {number}: the log has {count}, from 1");
+        return Err((
+            what,
+            "every column of the file counts, that of the time, too",
+        ));
+    }
+    let are: Vec<String> = of_channels.map(ToString::to_string).collect();
+    let what = format!(
+        "column {number} is the time, or holds no numbers; columns of values are {}",
+        shortened(&are.join(", "), LONGEST_SHOWN)
+    );
+    Err((
+        what,
+        "every column of the file counts, that of the time, too",
+    ))
+}
+
 /// The roles that are told.
 pub(crate) fn assign_told(
     file: &str,
@@ -302,14 +339,13 @@ pub(crate) fn assign_told(
         let places: Vec<usize> = (0..names.len())
             .filter(|&place| names.get(place) == Some(&spec.name.as_str()))
             .collect();
-        let by_number = spec
-            .name
-            .parse::<usize>()
-            .ok()
-            .filter(|number| (1..=names.len()).contains(number));
-        let channel = match (places.as_slice(), by_number) {
+        let number = spec.name.parse::<usize>().ok();
+        let channel = match (places.as_slice(), number) {
             ([one], _) => *one,
-            ([], Some(number)) => number - 1,
+            ([], Some(number)) => {
+                let found = channel_at(header, number);
+                found.map_err(|(what, hint)| LogError::file(file, what, hint))?
+            }
             ([], None) => {
                 let what = format!(
                     "there is no column `{}`; the columns are: {}",

@@ -324,6 +324,7 @@ impl<R: BufRead> Trace<R> {
         self.values = vec![f64::NAN; channels.len()];
         self.wanted = vec![true; channels.len()];
         Ok(Header {
+            columns: None,
             format: Format::SinumerikTrace,
             groups: self.groups.len(),
             channels,

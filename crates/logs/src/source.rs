@@ -115,6 +115,25 @@ pub struct Channel {
     pub group: usize,
 }
 
+/// The columns of a log that is a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileColumns {
+    /// The column of each channel, from 1; those of times are counted, too.
+    pub of_channels: Vec<usize>,
+    /// How many columns there are.
+    pub count: usize,
+}
+
+impl FileColumns {
+    /// Channels that stand side by side behind `before` other columns.
+    pub(crate) fn behind(before: usize, channels: usize) -> FileColumns {
+        FileColumns {
+            of_channels: (before + 1..=before + channels).collect(),
+            count: before + channels,
+        }
+    }
+}
+
 /// What a log has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
@@ -122,6 +141,8 @@ pub struct Header {
     pub format: Format,
     /// Its channels, group after group.
     pub channels: Vec<Channel>,
+    /// Its columns; `None` where it has none, and channels are counted.
+    pub columns: Option<FileColumns>,
     /// Number of clocks.
     pub groups: usize,
     /// What was found and taken for granted, for the user.

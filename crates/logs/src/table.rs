@@ -2,7 +2,9 @@
 
 use crate::error::LogError;
 use crate::roles::{period_s, time_among, time_unit};
-use crate::source::{Channel, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::source::{
+    Channel, FileColumns, Format, Head, Header, MAX_CHANNELS, ReadOptions, Row, Source,
+};
 use crate::text::{Lines, Separator, Splitter, no_number, number};
 use crate::time::{between_s, clock_s, stamp};
 use crate::unit::Unit;
@@ -187,6 +189,10 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         return Err(LogError::file(lines.name(), what, ""));
     }
     let header = Header {
+        columns: Some(FileColumns {
+            of_channels: places.iter().map(|column| column + 1).collect(),
+            count: layout.columns,
+        }),
         format: Format::Table,
         groups: 1,
         channels,

@@ -1,7 +1,7 @@
 //! Heidenhain's TNCscope data files, text of version 2.0.
 
 use crate::error::LogError;
-use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, no_number, number};
 use crate::unit::Unit;
 use std::io::BufRead;
@@ -89,6 +89,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     }
     let count = curves.iter().filter_map(|curve| curve.count).max();
     let header = Header {
+        columns: Some(FileColumns::behind(1, curves.len())),
         format: Format::Tncscope,
         channels: curves
             .iter()

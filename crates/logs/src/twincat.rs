@@ -2,7 +2,7 @@
 //! column of times each.
 
 use crate::error::LogError;
-use crate::source::{Channel, Format, Header, MAX_CHANNELS, Row, Source};
+use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, Row, Source};
 use crate::text::{Lines, Separator, Splitter, no_number, number};
 use std::borrow::Cow;
 use std::io::BufRead;
@@ -112,7 +112,14 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     if groups > 1 {
         said.push(format!("{groups} columns of times"));
     }
+    let is_value = |(_, place): &(usize, &Place)| matches!(place, Place::Value);
+    let of_channels = places.iter().enumerate().filter(is_value);
+    let of_channels = of_channels.map(|(column, _)| column + 1).collect();
     let header = Header {
+        columns: Some(FileColumns {
+            of_channels,
+            count: columns,
+        }),
         format: Format::TwincatScope,
         groups,
         channels,

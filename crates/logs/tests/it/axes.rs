@@ -16,13 +16,13 @@ fn says(log: &AxisLog, part: &str) -> bool {
 #[test]
 fn roles_units_and_signs() {
     let text = "Zeit [ms];Geber [um];Massstab [mm];Iq [mA];Status\n0;1000;-1;500;run\n1;2000;-2;-500;run\n2;3000;-3;0;run\n";
-    let options = options(&["motor=Geber [um]", "load=Massstab [mm],sign=-", "current=4"]);
-    // the fourth channel is the status: numbers count channels without the time
+    let options = options(&["motor=Geber [um]", "load=Massstab [mm],sign=-", "current=5"]);
+    // the fifth column is the status: numbers count all columns, that of the time, too
     assert!(read_axis(text.as_bytes(), "log", &options).is_err());
     let options = self::options(&[
         "motor=Geber [um]",
         "load=Massstab [mm],sign=-",
-        "current=3,scale=2",
+        "current=4,scale=2",
     ]);
     let log = read_axis(text.as_bytes(), "log", &options).unwrap();
     assert_eq!(
@@ -35,6 +35,30 @@ fn roles_units_and_signs() {
     );
     assert_eq!(log.drive, Some(DriveSignal::Current(vec![1.0, -1.0, 0.0])));
     assert_eq!(log.line, [2, 3, 4]);
+}
+
+/// A user counts the columns of the file from the left.
+#[test]
+fn numbers_count_every_column_of_the_file() {
+    let text = "pos_mm,t_s,load_mm\n1,0,4\n2,0.001,5\n3,0.002,6\n";
+    let of = |columns: &[&str]| read_axis(text.as_bytes(), "log", &options(columns));
+    let log = of(&["motor=1", "load=3"]).unwrap();
+    assert_eq!(log.motor, [1.0, 2.0, 3.0]);
+    assert_eq!(log.load, [4.0, 5.0, 6.0]);
+    for (columns, what) in [
+        (["motor=1", "load=4"], "there is no column 4: the log has 3"),
+        (["motor=0", "load=3"], "there is no column 0: the log has 3"),
+        (
+            ["motor=2", "load=3"],
+            "column 2 is the time, or holds no numbers; columns of values are 1, 3",
+        ),
+    ] {
+        let error = of(&columns).unwrap_err().to_string();
+        assert!(
+            error.contains(what) && error.contains("every column"),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -99,7 +99,7 @@ fn pins_of_linuxcnc_are_known_and_their_unit_is_asked_for() {
 fn columns_that_are_told_go_before_names() {
     let log = read(
         &table(&["x_mm", "a1", "a2"]),
-        &options(&["x=a2,unit=um,sign=-", "y=2,unit=mm"]),
+        &options(&["x=a2,unit=um,sign=-", "y=3,unit=mm"]),
     )
     .unwrap();
     assert_eq!(log.axes[0].values, [-0.030, -0.031, -0.032]);
@@ -158,7 +158,7 @@ fn what_is_wrong_is_said_with_its_place() {
     );
     refused(
         &table(&["x_mm", "x", "y_mm"]),
-        &["x=1,unit=mm", "x=2,unit=mm"],
+        &["x=2,unit=mm", "x=3,unit=mm"],
         "told twice",
     );
     refused(
@@ -168,7 +168,7 @@ fn what_is_wrong_is_said_with_its_place() {
     );
     refused(
         &table(&["x_mm", "y_mm"]),
-        &["motor=1"],
+        &["motor=2"],
         "this log is of several axes",
     );
     refused(
