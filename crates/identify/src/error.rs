@@ -257,8 +257,20 @@ pub enum FitError {
 #[non_exhaustive]
 pub enum Cause {
     /// Times in ms, read as s.
-    #[error("the times look like milliseconds; `t_s` is in seconds")]
+    #[error(
+        "the times look like milliseconds that are taken for seconds: `t_s` is in seconds, or say --column time=NAME,unit=ms"
+    )]
     Milliseconds,
+    /// Times in s, read as ms.
+    #[error(
+        "the times look like seconds that are taken for milliseconds: `t_ms` is in milliseconds, or say --column time=NAME,unit=s"
+    )]
+    Seconds,
+    /// Rows too far apart for an axis: in other units, or of a slow log.
+    #[error(
+        "the times look like milliseconds, or the log is too slow; `t_s` is in seconds, and a stroke needs a row every 20 ms"
+    )]
+    SlowRows,
     /// Current in percent of the rated one.
     #[error("the current looks like percent of the rated current; `current_a` is in A")]
     PercentOfRated,
@@ -328,7 +340,9 @@ impl Cause {
     const fn is_of_the_log(&self) -> bool {
         matches!(
             self,
-            Cause::CurrentSign
+            Cause::Milliseconds
+                | Cause::Seconds
+                | Cause::CurrentSign
                 | Cause::PositionSigns
                 | Cause::ColumnUnits
                 | Cause::SwappedColumns

@@ -24,7 +24,10 @@ const MOST_RATED: f64 = 10.0;
 const HALF_WINDOW_S: f64 = 1e-2;
 /// Longest time between samples of a log of a drive, s. A choice: a stroke's acceleration lasts some
 /// ten times as long.
-const MAX_PERIOD_S: f64 = 2e-2;
+pub(crate) const MAX_PERIOD_S: f64 = 2e-2;
+/// How near, as a ratio, the factor of times in a wrong unit has to be for rows that are far apart to be
+/// those of a fast log. A choice: what is averaged over few rows is known to so much.
+const TIME_TOLERANCE: f64 = 30.0;
 /// Ratio of found and described inertia that passes. A choice: a heavy workpiece or a peak value
 /// taken for an RMS value pass, no wrong unit does.
 const INERTIA_TOLERANCE: f64 = 1.6;
@@ -151,6 +154,18 @@ fn motion(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Result<
     let implausible = |what: String, cause| Err(FitError::Implausible { what, cause });
     if log.period_s() > MAX_PERIOD_S {
         let what = format!("the rows are {} s apart", log.period_s());
+        // Acceleration goes with the square of the time: a thousandth of it makes the inertia right.
+        let ratio = settings
+            .known_inertia_kgm2
+            .and_then(|known| Some(RigidMass::of(log, settings)?.inertia_kgm2 / known));
+        let Some(ratio) =
+            ratio.filter(|ratio| (1e6 / TIME_TOLERANCE..1e6 * TIME_TOLERANCE).contains(ratio))
+        else {
+            return implausible(what, Cause::SlowRows);
+        };
+        let what = format!(
+            "{what}, and current and acceleration show {ratio:.3e} times the inertia of the axis"
+        );
         return implausible(what, Cause::Milliseconds);
     }
     if with_load {
@@ -277,6 +292,7 @@ fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
         .map(|torque| 100.0 * settings.torque_constant_nm_per_a / torque);
     let known = [
         (Some(1e6), Cause::Milliseconds),
+        (Some(1e-6), Cause::Seconds),
         (percent, Cause::PercentOfRated),
         (Some(25.4), Cause::Inches),
         (Some(1e3), Cause::Thousand),

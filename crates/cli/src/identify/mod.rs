@@ -14,7 +14,7 @@ use findings::{Finding, gap_findings};
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{Motion, fit_body, fit_lost_motion, fit_servo, replay};
 use lostmotion::identify::{
-    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash,
+    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash, times_go_with,
 };
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
@@ -74,6 +74,12 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         .body_log(&log)
         .map_err(|error| Failure::message(format!("{name}: {error}")))?;
     let motion = Motion::of(&body_log);
+    times_go_with(&body_log, &motion).map_err(|error| {
+        Failure::with_hint(
+            format!("{name}: {error}"),
+            "say the unit of the times with --column time=NAME,unit=ms (s, ms, us or ns), or the time between rows with --period-ms",
+        )
+    })?;
     let mut text = scales.motion(&motion, &body_log);
     let mut untold: Vec<String> = Vec::new();
     let mut findings: Vec<Finding> = Vec::new();

@@ -1,7 +1,10 @@
 //! Logs in other units, with other signs or exchanged columns: each is refused with its cause.
 
 use crate::rig::ballscrew::{BallScrew, Rows};
-use lostmotion_identify::{Cause, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only};
+use lostmotion_identify::body::{BodyLog, Motion};
+use lostmotion_identify::{
+    Cause, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only, times_go_with,
+};
 
 fn axis(seed: u64) -> BallScrew {
     BallScrew {
@@ -34,6 +37,64 @@ fn scale(values: &mut [f64], by: f64) {
 fn times_in_milliseconds() {
     let found = cause_of(|_, rows| scale(&mut rows.time_s, 1e3));
     assert_eq!(found, [Cause::Milliseconds; 3]);
+    // Without an inertia rows that are far apart may be those of a slow log.
+    let axis = axis(4);
+    let mut rows = axis.record();
+    scale(&mut rows.time_s, 1e3);
+    let unknown = FitSettings {
+        known_inertia_kgm2: None,
+        ..axis.settings()
+    };
+    let error = fit_backlash(&axis.log(&rows).unwrap(), &unknown).unwrap_err();
+    assert!(!error.is_of_the_log(), "{error}");
+}
+
+#[test]
+fn times_in_seconds_that_are_taken_for_milliseconds() {
+    let found = cause_of(|_, rows| scale(&mut rows.time_s, 1e-3));
+    assert_eq!(found, [Cause::Seconds; 3]);
+}
+
+/// A wrong unit of the times is told of the motion alone, without an axis or a current.
+#[test]
+fn times_in_a_wrong_unit_are_refused_without_an_axis() {
+    // 100 mm to and fro at 0.1 m/s with 1 m/s2, a row a millisecond
+    let place = |row: i32| {
+        let t = f64::from(row.rem_euclid(1100)) * 1e-3;
+        let gone = match t {
+            t if t < 0.1 => 0.5 * t * t,
+            t if t < 1.0 => 0.005 + 0.1 * (t - 0.1),
+            t => 0.1 - 0.5 * (1.1 - t) * (1.1 - t),
+        };
+        if row.rem_euclid(2200) < 1100 {
+            gone
+        } else {
+            0.1 - gone
+        }
+    };
+    let told = |factor: f64| {
+        let time: Vec<f64> = (0..6600)
+            .map(|row| 1e-3 * factor * f64::from(row))
+            .collect();
+        let motor = (0..6600).map(place).collect();
+        let log = BodyLog::from_rows(&time, motor, vec![], vec![], vec![]).unwrap();
+        times_go_with(&log, &Motion::of(&log))
+    };
+    assert_eq!(told(1.0), Ok(()));
+    // A row a second of a slow log, and a fast drive.
+    assert_eq!((told(30.0), told(0.05)), (Ok(()), Ok(())));
+    for (factor, wanted, unit) in [
+        (1e3, Cause::Milliseconds, "unit=ms"),
+        (1e-3, Cause::Seconds, "unit=s"),
+    ] {
+        let error = told(factor).unwrap_err();
+        assert!(
+            matches!(error, FitError::Implausible { cause, .. } if cause == wanted)
+                && error.is_of_the_log(),
+            "{error}"
+        );
+        assert!(error.to_string().contains(unit), "{error}");
+    }
 }
 
 #[test]

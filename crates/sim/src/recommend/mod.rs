@@ -19,7 +19,7 @@ use crate::machine::{Machine, PathStops};
 use crate::method::Choice;
 use crate::options::SimulateOptions;
 use crate::program::Program;
-use crate::results::{ErrorStats, Run};
+use crate::results::{ErrorStats, MethodResult, Run};
 use crate::simulation::Simulation;
 use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};

@@ -1,0 +1,35 @@
+//! Whether the times of a log can be those of an axis, whatever axis it is of.
+
+use crate::body::{BodyLog, Motion};
+use crate::error::{Cause, FitError};
+use crate::plausible::MAX_PERIOD_S;
+
+/// Time between samples, s, up to which, and acceleration, m/s2 or rad/s2, from which on times in s are
+/// taken for ms. Choices: no drive samples so fast, and a thousand g break any axis.
+const MIN_PERIOD_S: f64 = 1e-5;
+const MOST_ACCELERATION: f64 = 1e4;
+/// Largest acceleration, m/s2 or rad/s2, up to which rows that are far apart are times in ms taken for s. A
+/// choice: ten times what that makes of 1 m/s2; steps of 0.1 mm with a row a second have ten times as much.
+const LEAST_ACCELERATION: f64 = 1e-5;
+
+/// Whether the times of a log can be those of an axis at all: a wrong unit makes accelerations wrong by a
+/// million.
+///
+/// # Errors
+/// [`FitError::Implausible`], with what was found and the unit that it looks like.
+pub fn times_go_with(log: &BodyLog, motion: &Motion) -> Result<(), FitError> {
+    let (period_s, top) = (log.period_s, motion.top_acceleration);
+    let cause = if period_s < MIN_PERIOD_S && top > MOST_ACCELERATION {
+        Cause::Seconds
+    } else if period_s > MAX_PERIOD_S && motion.top_speed > 0.0 && top < LEAST_ACCELERATION {
+        Cause::Milliseconds
+    } else {
+        return Ok(());
+    };
+    Err(FitError::Implausible {
+        what: format!(
+            "the rows are {period_s:.3e} s apart, and it speeds up by at most {top:.3e} per s2 (m or rad)"
+        ),
+        cause,
+    })
+}
