@@ -340,6 +340,9 @@ fn explained(
         found.untold.push(format!(
             "G, F and H of the whole circle: {covered_deg:.0} deg of it were measured"
         ));
+        found
+            .untold
+            .push(mean_of_a_part(&values, both, covered_deg));
     }
     let names: Vec<String> = found.axes.iter().map(ToString::to_string).collect();
     for (axis, value) in names.iter().zip(&found.lost_motion_um) {
@@ -356,6 +359,23 @@ fn explained(
         );
     }
     values
+}
+
+/// What a part of a circle tells of the mean of all of it: radius, centre and the errors of the axes trade
+/// places there, so that the mean of the part is none of the whole.
+fn mean_of_a_part(values: &[Option<Told>; UNKNOWNS], both: bool, covered_deg: f64) -> String {
+    let part = "the mean about the centre is that of the part that was measured";
+    // What is not told of the others is in the mean.
+    let others = (1..UNKNOWNS).filter(|place| both || *place != MISMATCH);
+    let is_told = others.clone().all(|place| values[place].is_some());
+    match values[0].filter(|_| is_told) {
+        Some((mean, [low, high])) => format!(
+            "the mean radial deviation of the whole circle: {part}, {covered_deg:.0} deg; by the errors of the axes that of the whole is {mean:.1} um (95 %: {low:.1} to {high:.1})"
+        ),
+        None => format!(
+            "the mean radial deviation of the whole circle cannot be told, because the record covers only {covered_deg:.0} deg: {part}"
+        ),
+    }
 }
 
 /// Words of a sheet for a circle whose deviations are known by parts of the turn, um: what a page shows

@@ -299,3 +299,51 @@ fn nonsense_is_refused() {
     let trace = trace(&KNOWN, true, 0.0, 360.0, &mut Random::new(1));
     assert!(sheet(&none, &[trace]).is_err());
 }
+
+/// A part of the circle: its mean about its own centre is none of the whole; where the errors of the axes
+/// are told their mean is, within its interval, and else nothing is.
+#[test]
+fn the_mean_of_a_part_is_told_with_its_interval_or_not_at_all() {
+    let mut random = Random::new(4_711);
+    let errors = Errors {
+        scale: 2e-4,
+        noise: 2e-4,
+        ..KNOWN
+    };
+    let of = |from_deg: f64, to_deg: f64, random: &mut Random| {
+        let traces = [true, false].map(|ccw| trace(&errors, ccw, from_deg, to_deg, random));
+        sheet(&circle(), &traces).unwrap()
+    };
+    let whole = of(-20.0, 380.0, &mut random);
+    let about_mean = |found: &BallbarSheet| -> Vec<String> {
+        let all = found.untold.iter();
+        all.filter(|told| told.contains("mean radial deviation of the whole"))
+            .cloned()
+            .collect()
+    };
+    assert!(about_mean(&whole).is_empty());
+    // scale of one axis alone: half of it on the mean, 10 um
+    let truth = 0.5 * errors.scale * 1e3 * RADIUS_MM;
+    assert!(
+        (whole.d_um.unwrap() - truth).abs() < 0.3,
+        "{:?}",
+        whole.d_um
+    );
+    for to_deg in [220.0, 300.0] {
+        let part = of(0.0, to_deg, &mut random);
+        let told = about_mean(&part);
+        let numbers: Vec<f64> = told[0]
+            .rsplit_once("whole is ")
+            .unwrap_or_else(|| panic!("{told:?}"))
+            .1
+            .split(|letter: char| !(letter.is_ascii_digit() || matches!(letter, '.' | '-')))
+            .filter_map(|number| number.parse().ok())
+            .collect();
+        let [_, _, low, high] = numbers[..] else {
+            panic!("{told:?}");
+        };
+        assert!((low..=high).contains(&truth), "{told:?}");
+    }
+    let part = of(0.0, 70.0, &mut random);
+    assert!(about_mean(&part)[0].contains("cannot be told, because the record covers only 70 deg"));
+}
