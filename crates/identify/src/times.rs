@@ -12,14 +12,20 @@ const MOST_ACCELERATION: f64 = 1e4;
 /// choice: ten times what that makes of 1 m/s2; steps of 0.1 mm with a row a second have ten times as much.
 const LEAST_ACCELERATION: f64 = 1e-5;
 
+/// Parts of a log between which it may bend. A choice: noise of a micrometre is then far below the bound.
+const PARTS: usize = 200;
+
 /// Whether the times of a log can be those of an axis at all: a wrong unit makes accelerations wrong by a
 /// million.
 ///
 /// # Errors
 /// [`FitError::Implausible`], with what was found and the unit that it looks like.
 pub fn times_go_with(log: &BodyLog, motion: &Motion) -> Result<(), FitError> {
-    let (period_s, top) = (log.period_s, motion.top_acceleration);
-    let cause = if period_s < MIN_PERIOD_S && top > MOST_ACCELERATION {
+    let period_s = log.period_s;
+    let mut top = motion.top_acceleration;
+    let cause = if period_s < MIN_PERIOD_S && bend(log) > MOST_ACCELERATION {
+        // Such a log is too short for strokes.
+        top = bend(log);
         Cause::Seconds
     } else if period_s > MAX_PERIOD_S && motion.top_speed > 0.0 && top < LEAST_ACCELERATION {
         Cause::Milliseconds
@@ -32,4 +38,15 @@ pub fn times_go_with(log: &BodyLog, motion: &Motion) -> Result<(), FitError> {
         ),
         cause,
     })
+}
+
+/// Largest acceleration between parts of the log, per s^2.
+fn bend(log: &BodyLog) -> f64 {
+    let step = (log.motor.len() / PARTS).max(1);
+    let places: Vec<f64> = log.motor.iter().step_by(step).copied().collect();
+    let time_s = step as f64 * log.period_s;
+    let bends = places
+        .windows(3)
+        .map(|of| (of[2] - 2.0 * of[1] + of[0]).abs());
+    bends.fold(0.0, f64::max) / (time_s * time_s)
 }

@@ -7,6 +7,7 @@ use crate::error::LogError;
 pub(crate) use crate::mcap_records::MAGIC;
 use crate::mcap_records::{Channels, Message, Records};
 use crate::source::{Channel, Format, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::text::is_measured;
 use crate::unit::Unit;
 use serde_json::Value;
 use std::collections::{BTreeMap, VecDeque};
@@ -280,13 +281,20 @@ impl<R: BufRead> Source for Mcap<R> {
                 .numbers(&message.data, &mut put)
                 .map_err(|what| refused(&self.name, self.messages, &topic.name, &what))?;
             for (place, value) in row.values.iter().enumerate() {
-                if !value.is_finite() && topic.wanted.get(place) == Some(&true) {
+                if !is_measured(*value) && topic.wanted.get(place) == Some(&true) {
                     let channel = topic.names.get(place).map_or("", String::as_str);
-                    let what = "is no finite number in this message";
+                    let what = if value.is_finite() {
+                        "is larger than anything measured (1e30) in this message"
+                    } else {
+                        "is no finite number in this message"
+                    };
                     let hint = "remove the message, or the field";
-                    let shown = if value.is_nan() { "" } else { "inf" };
+                    let shown = match value {
+                        value if value.is_nan() => String::new(),
+                        value => format!("{value:e}"),
+                    };
                     let error =
-                        LogError::cell(&self.name, self.messages, channel, shown, what, hint);
+                        LogError::cell(&self.name, self.messages, channel, &shown, what, hint);
                     return Err(error.counting(Format::Mcap.counted()));
                 }
             }

@@ -7,6 +7,7 @@ use crate::error::LogError;
 use crate::parquet_pages::Pages;
 use crate::roles::{period_s, time_among, time_unit};
 use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, ReadOptions, Row, Source};
+use crate::text::is_measured;
 use crate::unit::Unit;
 use bytes::Bytes;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -340,7 +341,11 @@ impl ParquetTable {
     /// A number of the row, or why it is none.
     fn value(&self, column: &ParquetColumn) -> Result<f64, LogError> {
         let (shown, what) = match column.value {
-            Some(value) if value.is_finite() => return Ok(value),
+            Some(value) if is_measured(value) => return Ok(value),
+            Some(value) if value.is_finite() => (
+                format!("{value:e}"),
+                "is larger than anything measured (1e30)",
+            ),
             Some(value) => (value.to_string(), "is not a finite number"),
             None => ("null".to_owned(), "is no number"),
         };

@@ -200,7 +200,16 @@ impl Splitter {
     }
 }
 
-/// A number with this decimal mark; `inf` and `nan` are none.
+/// Largest size of a number in a log. A choice: counters of 64 bits are far below, and sums of its squares
+/// are finite.
+const MOST: f64 = 1e30;
+
+/// Whether a number can have been measured: not `inf`, `nan` or 1e300.
+pub(crate) fn is_measured(value: f64) -> bool {
+    value.abs() <= MOST
+}
+
+/// A number with this decimal mark that can have been measured; `inf` and `nan` are none.
 pub(crate) fn number(cell: &str, decimal: char) -> Option<f64> {
     let cell = cell.trim();
     let value: f64 = if decimal == ',' && cell.contains(',') {
@@ -212,7 +221,7 @@ pub(crate) fn number(cell: &str, decimal: char) -> Option<f64> {
         cell.parse().ok()?
     };
     // Rust reads the words `inf` and `nan` as numbers, too.
-    value.is_finite().then_some(value)
+    is_measured(value).then_some(value)
 }
 
 /// Why a cell is no number, for a message.
@@ -223,6 +232,10 @@ pub(crate) fn no_number(cell: &str, decimal: char) -> (&'static str, &'static st
     match cell.parse::<f64>() {
         Ok(value) if !value.is_finite() => (
             "is not a finite number",
+            "remove the row, or the channel from the log",
+        ),
+        Ok(value) if !is_measured(value) => (
+            "is larger than anything measured (1e30)",
             "remove the row, or the channel from the log",
         ),
         _ if decimal == '.' && cell.contains(',') => (

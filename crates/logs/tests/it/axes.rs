@@ -62,6 +62,21 @@ fn numbers_count_every_column_of_the_file() {
 }
 
 #[test]
+fn what_nobody_measures_is_refused_by_its_row() {
+    let text = "t_s,motor_mm,load_mm\n0,1,4\n0.001,1e300,5\n0.002,3,6\n";
+    let error = read_axis(text.as_bytes(), "log", &AxisOptions::default()).unwrap_err();
+    let error = error.to_string();
+    for part in [
+        "line 3",
+        "motor_mm",
+        "1e300",
+        "larger than anything measured",
+    ] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
 fn roles_that_names_tell() {
     let text = "# Sampling period is 1000000 ns\njoint.0.motor-pos-cmd;joint.0.motor-pos-fb;x-scale-pos\n1;2;3\n1;2;3\n1;2;3\n";
     let error = read_axis(text.as_bytes(), "log", &AxisOptions::default())
