@@ -292,7 +292,6 @@ fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
         .map(|torque| 100.0 * settings.torque_constant_nm_per_a / torque);
     let known = [
         (Some(1e6), Cause::Milliseconds),
-        (Some(1e-6), Cause::Seconds),
         (percent, Cause::PercentOfRated),
         (Some(25.4), Cause::Inches),
         (Some(1e3), Cause::Thousand),

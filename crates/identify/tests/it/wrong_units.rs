@@ -49,12 +49,6 @@ fn times_in_milliseconds() {
     assert!(!error.is_of_the_log(), "{error}");
 }
 
-#[test]
-fn times_in_seconds_that_are_taken_for_milliseconds() {
-    let found = cause_of(|_, rows| scale(&mut rows.time_s, 1e-3));
-    assert_eq!(found, [Cause::Seconds; 3]);
-}
-
 /// A wrong unit of the times is told of the motion alone, without an axis or a current.
 #[test]
 fn times_in_a_wrong_unit_are_refused_without_an_axis() {

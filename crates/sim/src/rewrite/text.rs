@@ -22,7 +22,12 @@ const PLAIN: [f64; 27] = [
 ];
 
 /// G codes under which end points do not say where the tool is, with what they are.
-const REFUSED: [(f64, &str); 8] = [
+const REFUSED: [(f64, &str); 13] = [
+    (7.0, "diameters (G7)"),
+    (41.1, "cutter compensation (G41.1)"),
+    (42.1, "cutter compensation (G42.1)"),
+    (51.1, "a mirror image (G51.1)"),
+    (68.2, "a tilted plane (G68.2)"),
     (90.1, "absolute centres (G90.1)"),
     (41.0, "cutter compensation (G41)"),
     (42.0, "cutter compensation (G42)"),

@@ -159,6 +159,11 @@ fn what_a_dialect_has_besides_is_refused_by_its_place() {
         let error = refused(&format!("{head}{rest}M30\n"), dialect);
         assert!(error.starts_with(place) && error.contains(what), "{error}");
     }
+    let error = refused(&format!("{head}G7 X9\nX0\nM2\n"), Dialect::LinuxCnc);
+    assert!(
+        error.contains("what is under diameters (G7) is not rewritten"),
+        "{error}"
+    );
     // What cannot be read is told by the front end, which knows whether the program comes there.
     let bad = Program::from_str("part.nc", format!("{head}G1 X1..2\nM30\n"));
     let error = rewritten(&bad, Dialect::LinuxCnc).unwrap_err();
