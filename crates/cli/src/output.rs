@@ -175,7 +175,7 @@ pub(crate) fn go_on(result: io::Result<()>) -> Result<bool, Failure> {
 }
 
 /// Prints a whole text.
-pub(crate) fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
+pub(crate) fn print(text: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let mut out = stdout();
     go_on(out.write_all(text.as_ref()).and_then(|()| out.flush())).map(|_| ())
 }
@@ -240,7 +240,7 @@ pub(crate) fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure>
 }
 
 /// Writes a text to a file, which appears complete or not at all, or to stdout for `-`.
-pub(crate) fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
+pub(crate) fn write_text(path: &Path, text: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     if is_standard(path) {
         return print(text);
     }
