@@ -3,7 +3,7 @@
 use crate::{
     contact::{self, Contact},
     deadzone::MotorGuess,
-    error::{FitError, NotExcited},
+    error::{FitError, NotExcited, SolverStatus},
     estimate::{
         COMPLIANCE, COULOMB, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET,
         RESOLUTION_SHARE, VISCOUS,
@@ -155,7 +155,11 @@ fn fit_unknown(
             NotExcited::TooFewTraversals { .. }
             | NotExcited::TorqueNotVaried { .. }
             | NotExcited::TorqueHidden { .. },
-        )) => return Err(unknown().into()),
+        ))
+        | Err(FitError::Solver {
+            status: SolverStatus::Unbounded,
+            ..
+        }) => return Err(unknown().into()),
         Err(error) => return Err(error),
     };
     let [low, high] = fit.half_gap_interval_rad;
@@ -216,7 +220,10 @@ fn fit_at(
         (true, None) => Exact::Acceleration,
         (true, Some(_)) => Exact::Sides,
     };
-    let (contact, strength) = instruments::tell(contact, &windows, exact, log.resolution_rad());
+    // Of an unknown motor more is to be told than the rounding of slow strokes hides.
+    let finely =
+        exact == Exact::Motion || instruments::rounds_finely(&contact, log.resolution_rad());
+    let (contact, strength) = instruments::tell(contact, &windows, exact, finely);
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
         // Where the motor is unknown its columns hold whatever torque the instruments do not tell.
@@ -259,7 +266,7 @@ fn fit_at(
     } else {
         inertia
     };
-    Ok((found, estimate.report(log, &contact, half, found)))
+    Ok((found, estimate.report(log, &contact, half, found, finely)))
 }
 
 /// Position difference between the two sides, gap and wind-up together.
@@ -309,6 +316,7 @@ impl Estimate {
         contact: &Contact,
         half: usize,
         inertia: f64,
+        finely: bool,
     ) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
         let [half_gap, offset, compliance, damping, ..] = self.coefficients;
@@ -332,7 +340,7 @@ impl Estimate {
         let damping_half_width = self.damping_spread.map_or(0.0, |spread| spread.half_width);
         let late_s = (-damping).max(0.0);
         let certainly_late_s = (-damping - damping_half_width).max(0.0);
-        let rounding = if instruments::rounds_finely(contact, log.resolution_rad()) {
+        let rounding = if finely {
             RESOLUTION_SHARE
         } else {
             COARSE_SHARE

@@ -63,13 +63,13 @@ const COLUMNS: usize = 9;
 const INSTRUMENTS: [usize; 4] = [TORQUE, TORQUE_CHANGE, DIFFERENCE_CHANGE, DIFFERENCE];
 
 /// The contact with each sample's torque and rate as told by its instruments; samples that have
-/// none in their contact are left out; with the instruments' F statistic. `resolution_rad` is the standard
-/// deviation of the rounding of the position difference.
+/// none in their contact are left out; with the instruments' F statistic. Where rounding is not fine beside
+/// the wind-up, the mean of the position difference is none of them.
 pub(crate) fn tell(
     mut contact: Contact,
     windows: &[WindowSample],
     exact: Exact,
-    resolution_rad: f64,
+    finely: bool,
 ) -> (Contact, f64) {
     let mut rows = Vec::with_capacity(contact.samples.len());
     let sides = &contact.sides;
@@ -91,7 +91,6 @@ pub(crate) fn tell(
         }));
         told.is_some()
     });
-    let finely = rounds_finely(&contact, resolution_rad);
     let mut stage = Stage {
         samples: &mut contact.samples,
         rows: &rows,
@@ -106,7 +105,8 @@ pub(crate) fn tell(
     (contact, strength)
 }
 
-/// Whether the rounding of the position difference is small beside its variation within the sides.
+/// Whether the rounding of the position difference, of this standard deviation, is small beside its variation
+/// within the sides.
 pub(crate) fn rounds_finely(contact: &Contact, resolution_rad: f64) -> bool {
     let mut within = 0.0;
     for side in [1.0, -1.0] {

@@ -54,7 +54,6 @@ pub mod result;
 pub mod settings;
 pub mod solver;
 pub mod spread;
-mod times;
 pub mod window;
 
 pub use axis_fit::{
@@ -67,4 +66,3 @@ pub use log::{BacklashLog, MotorLog};
 pub use motor_only::{fit_motor_only, fit_motor_only_with};
 pub use result::{BacklashFit, FittedLoad, SolverReport};
 pub use settings::FitSettings;
-pub use times::times_go_with;

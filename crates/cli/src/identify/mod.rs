@@ -12,9 +12,11 @@ use crate::output::{self, DONE, FOUND, Failure};
 use clap::{Args, ValueHint};
 use findings::{Finding, gap_findings};
 use lostmotion::drive::config::AxisUnit;
-use lostmotion::identify::body::{Motion, fit_body, fit_lost_motion, fit_servo, replay};
+use lostmotion::identify::body::{
+    Motion, fit_body, fit_lost_motion, fit_servo, replay, times_go_with,
+};
 use lostmotion::identify::{
-    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash, times_go_with,
+    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash,
 };
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;

@@ -2,6 +2,7 @@
 
 use super::{
     BodyLog, LostMotion, Motion, RigidBody, ServoGains, fit_body, fit_lost_motion, fit_servo,
+    times_go_with,
 };
 use crate::error::FitError;
 use lostmotion_base::units;
@@ -50,7 +51,7 @@ impl Identified {
     /// Finds what the columns tell.
     ///
     /// # Errors
-    /// Those of [`BodyLog::from_rows`].
+    /// Those of [`BodyLog::from_rows`] and [`times_go_with`].
     pub fn of(rows: &BodyRows<'_>) -> Result<Identified, FitError> {
         let scaled = |values: &[f64]| -> Vec<f64> {
             let base = |value: f64| match rows.unit {
@@ -68,6 +69,7 @@ impl Identified {
             rows.drive.to_vec(),
         )?;
         let motion = Motion::of(&log);
+        times_go_with(&log, &motion)?;
         let mut untold = Vec::new();
         let mut kept = |what: &str, why: String| untold.push(format!("{what}: {why}"));
         let body = fit_body(&log, &motion)

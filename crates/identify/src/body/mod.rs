@@ -21,6 +21,7 @@ pub mod replay;
 mod rigid;
 mod servo;
 mod squares;
+mod times;
 
 pub use identified::{BodyRows, Identified};
 pub use lost::{LostMotion, fit_lost_motion};
@@ -28,6 +29,7 @@ pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};
 pub use rigid::{RigidBody, fit_body};
 pub use servo::{ServoGains, fit_servo};
+pub use times::times_go_with;
 
 use crate::error::FitError;
 use crate::even::EvenGrid;

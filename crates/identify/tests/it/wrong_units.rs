@@ -1,10 +1,8 @@
 //! Logs in other units, with other signs or exchanged columns: each is refused with its cause.
 
 use crate::rig::ballscrew::{BallScrew, Rows};
-use lostmotion_identify::body::{BodyLog, Motion};
-use lostmotion_identify::{
-    Cause, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only, times_go_with,
-};
+use lostmotion_identify::body::{BodyLog, Motion, times_go_with};
+use lostmotion_identify::{Cause, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only};
 
 fn axis(seed: u64) -> BallScrew {
     BallScrew {

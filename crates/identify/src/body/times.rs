@@ -1,6 +1,6 @@
 //! Whether the times of a log can be those of an axis, whatever axis it is of.
 
-use crate::body::{BodyLog, Motion};
+use super::{BodyLog, Motion};
 use crate::error::{Cause, FitError};
 use crate::plausible::MAX_PERIOD_S;
 
