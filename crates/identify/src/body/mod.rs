@@ -175,6 +175,9 @@ impl BodyLog {
     }
 }
 
+/// Longest time between two turns of a velocity loop, s. A choice: drives have 31 us to 1 ms.
+const SLOWEST_TURN_S: f64 = 1e-3;
+
 /// Part of a column's second differences that its samples have to be changed by for their weighted sum
 /// to be the average of the signal between them, too: 1/12, as sums and integrals of smooth signals
 /// differ by (Gregory 1670). Without it averages of logs that are slow against the servo would be
@@ -201,11 +204,17 @@ struct Averages {
 
 impl Averages {
     fn new(column: &[f64], half: usize) -> Averages {
+        Averages::between(column, half, 1.0)
+    }
+
+    /// Of a signal that has this part of what a smooth one has between its samples: none where it is held
+    /// from one to the next.
+    fn between(column: &[f64], half: usize, part: f64) -> Averages {
         let base = column.first().copied().unwrap_or(0.0);
         let (mut once, mut sum) = (0.0, 0.0);
         let mut twice = Vec::with_capacity(column.len() + 1);
         twice.push(0.0);
-        for value in with_bends(column, BETWEEN_SAMPLES) {
+        for value in with_bends(column, part * BETWEEN_SAMPLES) {
             once += value - base;
             sum += once;
             twice.push(sum);

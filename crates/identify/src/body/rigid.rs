@@ -2,7 +2,7 @@
 
 use super::motion::Noise;
 use super::squares::{Squares, SquaresFit, jackknife};
-use super::{Averages, BodyLog, Figure, Motion, Rates};
+use super::{Averages, BodyLog, Figure, Motion, Rates, SLOWEST_TURN_S};
 use lostmotion_base::math;
 use serde::Serialize;
 
@@ -157,7 +157,7 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     let mut plain = fit(log, motion, &Terms::default()).ok_or(
         "the axis never moves one way for long enough: make longer strokes at several speeds",
     )?;
-    let mut others = vec![Other::Windows, Other::Rows];
+    let mut others = vec![Other::Windows, Other::Rows, Other::Turns];
     if log.load.is_empty() {
         others.push(Other::Driven);
     }
@@ -393,7 +393,7 @@ fn decay(
     }
     // What other choices make of a figure belongs to its interval.
     let (mut off_by, mut others) = (0.0_f64, Vec::new());
-    for other in [Other::Windows, Other::Speeds, Other::Rows] {
+    for other in [Other::Windows, Other::Speeds, Other::Rows, Other::Turns] {
         let terms = Terms {
             other,
             ..refined(speed)
@@ -477,6 +477,8 @@ enum Other {
     Windows,
     /// Longer averages of the speed within them.
     Speeds,
+    /// A servo that turns as slowly as it may.
+    Turns,
     /// Windows in which the axis may stick at the ends, or pass the fall quickly.
     Rows,
     /// Only windows in which the motor drives the load, and has for some time: it may cross a gap behind
@@ -491,7 +493,14 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         _ => motion.half,
     };
     let rates = Rates::new(&log.motor, half, log.period_s);
-    let drive = Averages::new(&log.drive, half);
+    // The servo holds its signal for a turn, of a length that the log does not tell: up to the whole time
+    // between its rows.
+    let turn = (SLOWEST_TURN_S / log.period_s).min(1.0);
+    let held = match terms.other {
+        Other::Turns => turn * turn,
+        _ => 0.5 * turn * turn,
+    };
+    let drive = Averages::between(&log.drive, half, 1.0 - held);
     // Speeds within a window are taken over half of it.
     let near = (half / 2).max(2);
     let close = Rates::new(&log.motor, near, log.period_s);
@@ -522,7 +531,7 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
         let (decay, slope): (Vec<f64>, Vec<f64>) = (0..log.len()).map(of).unzip();
         (Averages::new(&decay, half), Averages::new(&slope, half))
     });
-    let mut noise = [&log.motor, &log.load, &log.drive].map(|column| Noise::of(column));
+    let mut noise = [&log.load, &log.drive].map(|column| Noise::of(column));
     let mut squares = Squares::new(log.len());
     // Neighbouring windows share most of their samples: half of them say as much.
     let stride = (half / 4).max(1);
@@ -606,25 +615,17 @@ fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFF
     used[VISCOUS_SIGN] = terms.sided_viscous;
     used[SLIP_ACCELERATION] = load.is_some();
     used[SLIP_SPEED] = load.is_some();
-    // Noise of three samples with weights 1, -2, 1, and of the means of either half; that of the motor is in
-    // what the load has beside it, too.
+    // Noise of three samples with weights 1, -2, 1, and of the means of either half. That of the motor does not
+    // count: the windows are as long as it wants.
     let span = half as f64 * log.period_s;
-    let per_acceleration = |square: f64| 6.0 * square / (span * span * span * span);
-    let [of_motor, of_load, of_drive] = noise.map(|noise| noise.mean());
-    let in_acceleration = per_acceleration(of_motor);
-    let mut products = vec![(INERTIA, INERTIA, in_acceleration)];
-    if load.is_some() {
-        let in_slip = in_acceleration + per_acceleration(of_load);
-        products.extend([
-            (SLIP_ACCELERATION, SLIP_ACCELERATION, in_slip),
-            (INERTIA, SLIP_ACCELERATION, -in_acceleration),
-            (
-                SLIP_SPEED,
-                SLIP_SPEED,
-                2.0 * of_load / (half as f64 * span * span),
-            ),
-        ]);
-    }
+    let [of_load, of_drive] = noise.map(|noise| noise.mean());
+    let products = [
+        (
+            SLIP_ACCELERATION,
+            6.0 * of_load / (span * span * span * span),
+        ),
+        (SLIP_SPEED, 2.0 * of_load / (half as f64 * span * span)),
+    ];
     // Counts are no white noise: what taking them out changes belongs to the intervals. Columns that are
     // hardly more than noise are left with it.
     let noisy = squares.clone().solve(&used);

@@ -1,7 +1,7 @@
 //! Gains of a position and velocity loop from command, position and what the servo makes of them.
 
 use super::squares::{Squares, SquaresFit, jackknife};
-use super::{Averages, BodyLog, Figure, Motion, Rates};
+use super::{Averages, BodyLog, Figure, Motion, Rates, SLOWEST_TURN_S};
 use serde::Serialize;
 
 /// Share of the drive signal that a servo law has to leave unexplained at most to be believed.
@@ -55,9 +55,6 @@ const MODEL_WITHIN: f64 = 0.05;
 /// By how much the velocity gain may be off beside that, in parts of it. A choice: a current that follows its
 /// command by a loop of its own is not merely late, and 0.012 was seen.
 const GAIN_WITHIN: f64 = 0.02;
-
-/// Longest time between two turns of a velocity loop, s. A choice: drives have 31 us to 1 ms.
-const SLOWEST_TURN_S: f64 = 1e-3;
 
 /// What was found of a servo: `drive = velocity_gain (position_gain e + feedforward v_ref - v)` and,
 /// with an integral time `T`, the integral of the bracket over `T`.

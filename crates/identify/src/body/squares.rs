@@ -118,23 +118,21 @@ impl<const P: usize> Squares<P> {
         sums.rows += 1.0;
     }
 
-    /// Takes the noise of columns out of the sums, by what it makes of the products of two of them in a
-    /// row: noise in a measured column makes its coefficient too small (errors in variables). No column
-    /// loses more than a part of its square.
-    pub(crate) fn without_noise(&mut self, products: &[(usize, usize, f64)]) {
+    /// Takes the noise of columns out of the sums, by its variance in a row: noise in a measured column makes
+    /// its coefficient too small (errors in variables). No column loses more than a part of its square.
+    pub(crate) fn without_noise(&mut self, columns: &[(usize, f64)]) {
         let sum = |of: &dyn Fn(&Sums<P>) -> f64| self.blocks.iter().map(of).sum::<f64>();
         let rows = sum(&|block| block.rows);
-        let part = products
+        let part = columns
             .iter()
-            .filter(|(i, j, product)| i == j && *product > 0.0)
-            .map(|&(i, _, square)| MOST_NOISE * sum(&|block| block.matrix[i][i]) / (rows * square))
+            .filter(|(_, variance)| *variance > 0.0)
+            .map(|&(at, variance)| {
+                MOST_NOISE * sum(&|block| block.matrix[at][at]) / (rows * variance)
+            })
             .fold(1.0, f64::min);
         for block in &mut self.blocks {
-            for &(i, j, product) in products {
-                block.matrix[i][j] -= part * product * block.rows;
-                if i != j {
-                    block.matrix[j][i] -= part * product * block.rows;
-                }
+            for &(at, variance) in columns {
+                block.matrix[at][at] -= part * variance * block.rows;
             }
         }
     }
