@@ -89,7 +89,7 @@ fn a_program_is_rewritten_only_where_it_helps() {
     bench.file("far.ngc", "G21 G90\nG91\nG1 X1 F100\nM2\n");
     bench.refuses(
         &["compensate", "far.ngc", "--out", "d.ngc"],
-        &["far.ngc: line 3: distances (G91) are not rewritten"],
+        &["far.ngc: line 3, column 4: distances (G91) are not rewritten"],
     );
     bench.refuses(
         &["compensate", "circle.ngc", "--out", "circle.ngc"],

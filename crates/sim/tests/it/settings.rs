@@ -125,6 +125,24 @@ fn what_has_no_numbers_is_not_recommended() {
     }
 }
 
+/// On a machine next to without a gap nothing is to be set, and the block that decides is named.
+#[test]
+fn what_is_left_off_names_the_worst_block() {
+    let whole = machine();
+    let tight = whole.axes().iter().fold(whole.clone(), |tight, axis| {
+        tight.with_axis_config(axis.id, &axis.config.clone().with_gap(1e-5))
+    });
+    let part = program("G21 G90 G17\nG0 X0 Y0 Z5\nG1 Z-1 F300\nG1 X20 F600\nX0\nY10\nM2\n");
+    let (options, wanted) = (SimulateOptions::default(), RecommendOptions::default());
+    let answer = recommend(&part, &tight, &options, Control::LinuxCnc, &wanted).unwrap();
+    let refused = answer.refused.unwrap();
+    assert!(
+        refused.starts_with("leave the compensation off: "),
+        "{refused}"
+    );
+    assert!(refused.contains("worst block is line "), "{refused}");
+}
+
 #[test]
 fn units_and_signs_are_those_of_the_control() {
     let of = |control| settings(control, &RecommendOptions::default());
