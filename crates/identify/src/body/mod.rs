@@ -22,6 +22,7 @@ mod rigid;
 mod servo;
 mod squares;
 mod times;
+mod windows;
 
 pub use identified::{BodyRows, Identified};
 pub use lost::{LostMotion, fit_lost_motion};

@@ -1,27 +1,22 @@
 //! Inertia and friction of an axis from its motion and what drives it.
 
-use super::motion::Noise;
-use super::squares::{Squares, SquaresFit, jackknife};
-use super::{Averages, BodyLog, Figure, Motion, Rates, SLOWEST_TURN_S};
+use super::squares::{SquaresFit, jackknife};
+use super::windows::{
+    COEFFICIENTS, CONSTANT, COULOMB, INERTIA, LATE, Other, STRIBECK, STRIBECK_SIGN, STRIBECK_SPEED,
+    Terms, VISCOUS, VISCOUS_SIGN, fit,
+};
+use super::{BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
 use serde::Serialize;
 
 /// Half width of an interval, in parts of the figure, from which on the figure is not told.
 const TOLD_SHARE: f64 = 0.5;
 /// Share of the drive signal that one body may leave unexplained. A choice: records of stiff axes
-/// leave 4 % at most, axes with a gap and a soft shaft 13 % and more, and their intervals do not
-/// hold.
+/// leave 4 % at most; axes with a gap and a soft shaft whose load is not logged leave 13 % and more,
+/// and their intervals do not hold.
 const ONE_BODY_SHARE: f64 = 0.08;
 /// Share from which on it is not the motion's at all. A choice: the worst of sound logs leaves 0.3.
-const UNMODELLED_PART: f64 = 0.3;
 const UNRELATED_SHARE: f64 = 0.7;
-/// Part of the motor's speed that the load's may be off by in a window that counts. A choice: within it both
-/// move one way, and so does their friction.
-const FOLLOWS_SHARE: f64 = 0.5;
-/// Half windows for which the motor has to have moved one way to drive the load for certain, where the load
-/// is not logged, and the part of the top acceleration that is no braking. Choices.
-const DRIVEN_FOR: usize = 4;
-const BRAKES_SHARE: f64 = 0.02;
 /// Longest time between rows, s: an acceleration is over sooner. A choice, above all that drives log.
 const SLOWEST_S: f64 = 0.1;
 /// Standard errors from which on a further friction is believed.
@@ -44,31 +39,8 @@ const ALIKE: f64 = 0.1;
 const LEAST_RATIO: f64 = 1.5;
 /// Part of Coulomb friction by which it has to fall over the speeds of the windows for that to count. A choice.
 const FALLS_SHARE: f64 = 0.1;
-/// Noise of the speed within a window, in parts of the speed of the decay. A choice: the decay is
-/// off by its square.
-const LOCAL_NOISE: f64 = 0.05;
-/// Times the speed of the decay at which nothing is left of it, and the part of it that the speed may
-/// change by from one sample to the next for the log to show the decay. Choices.
-const FALLEN: f64 = 3.0;
-const QUICK: f64 = 0.1;
 /// Fall of the residual by which Stribeck's decay has to pay. A choice.
 const STRIBECK_GAIN: f64 = 0.97;
-
-const INERTIA: usize = 0;
-const VISCOUS: usize = 1;
-const COULOMB: usize = 2;
-const CONSTANT: usize = 3;
-const STRIBECK: usize = 4;
-const VISCOUS_SIGN: usize = 5;
-const LATE: usize = 6;
-/// Breakaway times the error of the logarithm of the decay's speed.
-const STRIBECK_SPEED: usize = 7;
-const STRIBECK_SIGN: usize = 8;
-/// What the load speeds up and moves by beside the motor: its own part of inertia and viscous friction.
-const SLIP_ACCELERATION: usize = 9;
-const SLIP_SPEED: usize = 10;
-/// Number of coefficients.
-const COEFFICIENTS: usize = 11;
 
 /// Friction of either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -438,208 +410,4 @@ fn slow_share(log: &BodyLog, motion: &Motion) -> f64 {
     let speeds = speeds(log, motion);
     let slow = speeds.partition_point(|&speed| speed < SLOW_SHARE * motion.top_speed);
     slow as f64 / f64::max(speeds.len() as f64, 1.0)
-}
-
-/// Samples in half of the shortest window whose speed has noise that does not count beside a speed.
-fn local_half(motion: &Motion, period_s: f64, speed: f64) -> usize {
-    let noise = |half: usize| {
-        let half = half as f64;
-        motion.noise * (2.0 / half).sqrt() / (half * period_s)
-    };
-    let longest = motion.half.max(2);
-    (1..longest)
-        .find(|&half| noise(half) < LOCAL_NOISE * speed)
-        .unwrap_or(longest)
-}
-
-/// Which terms of friction are fitted beside the plain ones.
-#[derive(Default)]
-struct Terms {
-    /// A fall with speed, at this speed.
-    stribeck_speed: Option<f64>,
-    /// The error of that speed.
-    refine_stribeck: bool,
-    /// Another fall in either direction.
-    sided_stribeck: bool,
-    /// Another viscous friction in either direction.
-    sided_viscous: bool,
-    /// What is done otherwise, to see what it makes of the figures.
-    other: Other,
-}
-
-/// Choices of the fit on which a figure should not hang.
-#[derive(Clone, Copy, Default, PartialEq)]
-enum Other {
-    /// None is another one.
-    #[default]
-    None,
-    /// Longer windows.
-    Windows,
-    /// Longer averages of the speed within them.
-    Speeds,
-    /// A servo that turns as slowly as it may.
-    Turns,
-    /// Windows in which the axis may stick at the ends, or pass the fall quickly.
-    Rows,
-    /// Only windows in which the motor drives the load, and has for some time: it may cross a gap behind
-    /// a reversal, and a load with little friction leaves a motor that brakes.
-    Driven,
-}
-
-/// Windows in which the axis moves one way, as rows.
-fn fit(log: &BodyLog, motion: &Motion, terms: &Terms) -> Option<SquaresFit<COEFFICIENTS>> {
-    let half = match terms.other {
-        Other::Windows => motion.half * 3 / 2,
-        _ => motion.half,
-    };
-    let rates = Rates::new(&log.motor, half, log.period_s);
-    // The servo holds its signal for a turn, of a length that the log does not tell: up to the whole time
-    // between its rows.
-    let turn = (SLOWEST_TURN_S / log.period_s).min(1.0);
-    let held = match terms.other {
-        Other::Turns => turn * turn,
-        _ => 0.5 * turn * turn,
-    };
-    let drive = Averages::between(&log.drive, half, 1.0 - held);
-    // Speeds within a window are taken over half of it.
-    let near = (half / 2).max(2);
-    let close = Rates::new(&log.motor, near, log.period_s);
-    let load = (!log.load.is_empty()).then(|| {
-        let whole = Rates::new(&log.load, half, log.period_s);
-        (whole, Rates::new(&log.load, near, log.period_s))
-    });
-    let margin = half + near + 1;
-    // The fall with speed is no straight line: within a window it is averaged, not taken at the
-    // average speed.
-    let falls = terms.stribeck_speed.map(|speed| {
-        let local = local_half(motion, log.period_s, speed);
-        let local = match terms.other {
-            Other::Speeds => 3 * local,
-            _ => local,
-        };
-        let local = Rates::new(&log.motor, local, log.period_s);
-        let margin = local.half;
-        let of = |at: usize| {
-            if at < margin || at + margin >= log.len() {
-                return (0.0, 0.0);
-            }
-            let velocity = local.velocity(at);
-            let square = (velocity / speed) * (velocity / speed);
-            let decay = velocity.signum() * math::exp(-square);
-            (decay, 2.0 * square * decay)
-        };
-        let (decay, slope): (Vec<f64>, Vec<f64>) = (0..log.len()).map(of).unzip();
-        (Averages::new(&decay, half), Averages::new(&slope, half))
-    });
-    let mut noise = [&log.load, &log.drive].map(|column| Noise::of(column));
-    let mut squares = Squares::new(log.len());
-    // Neighbouring windows share most of their samples: half of them say as much.
-    let stride = (half / 4).max(1);
-    for at in (margin..log.len().saturating_sub(margin)).step_by(stride) {
-        let velocity = rates.velocity(at);
-        let sign = velocity.signum();
-        // The ends of the window weigh little, but a body that sticks there tells nothing of
-        // friction that falls with speed.
-        let whole = falls.is_some() != (terms.other == Other::Rows);
-        let reach = if whole { half } else { half / 2 };
-        let one_way = [at - reach, at - half / 2, at, at + half / 2, at + reach]
-            .iter()
-            .all(|&place| close.velocity(place) * sign > motion.rest_speed);
-        if !one_way || log.touches_lost(at - half..=at + half) {
-            continue;
-        }
-        // While the motor crosses a gap the load's friction is not that of motion.
-        let follows = |place: usize| {
-            load.as_ref().is_none_or(|(_, load)| {
-                let speed = close.velocity(place);
-                (load.velocity(place) - speed).abs() < FOLLOWS_SHARE * speed.abs()
-            })
-        };
-        if ![at - half, at - half / 2, at, at + half / 2, at + half]
-            .into_iter()
-            .all(follows)
-        {
-            continue;
-        }
-        let acceleration = rates.acceleration(at);
-        if terms.other == Other::Driven {
-            let before = at.checked_sub(DRIVEN_FOR * half);
-            let brakes = acceleration * sign < -BRAKES_SHARE * motion.top_acceleration;
-            let since = before.is_some_and(|before| {
-                (before..at)
-                    .step_by(near)
-                    .all(|place| place < margin || close.velocity(place) * sign > motion.rest_speed)
-            });
-            if brakes || !since {
-                continue;
-            }
-        }
-        // An axis that passes the fall within a few samples does not show its form.
-        let passes = |speed: f64| {
-            let slowest = velocity.abs() - acceleration.abs() * half as f64 * log.period_s;
-            slowest < FALLEN * speed && acceleration.abs() * log.period_s > QUICK * speed
-        };
-        if terms.other != Other::Rows && terms.stribeck_speed.is_some_and(passes) {
-            continue;
-        }
-        noise
-            .iter_mut()
-            .for_each(|noise| noise.add(at - half, at + half));
-        let (decay, slope) = falls.as_ref().map_or((0.0, 0.0), |(decay, slope)| {
-            (decay.mean(at), slope.mean(at))
-        });
-        let (before, here) = (drive.mean(at - 1), drive.mean(at));
-        let mut row = [0.0; COEFFICIENTS];
-        row[INERTIA] = acceleration;
-        row[VISCOUS] = velocity;
-        row[COULOMB] = sign;
-        row[CONSTANT] = 1.0;
-        row[STRIBECK] = decay;
-        row[VISCOUS_SIGN] = velocity.abs();
-        row[STRIBECK_SPEED] = slope;
-        row[STRIBECK_SIGN] = sign * decay;
-        if let Some((load, _)) = &load {
-            row[SLIP_ACCELERATION] = load.acceleration(at) - acceleration;
-            row[SLIP_SPEED] = load.velocity(at) - velocity;
-        }
-        // A drive signal that comes late or early has its own rate as an error, which looks like
-        // friction.
-        row[LATE] = (before - here) / log.period_s;
-        // A servo holds its signal from one sample to the next: half of either window's.
-        squares.add(at, row, 0.5 * (before + here));
-    }
-    let mut used = [true; COEFFICIENTS];
-    used[STRIBECK] = terms.stribeck_speed.is_some();
-    used[STRIBECK_SPEED] = terms.refine_stribeck;
-    used[STRIBECK_SIGN] = terms.sided_stribeck;
-    used[VISCOUS_SIGN] = terms.sided_viscous;
-    used[SLIP_ACCELERATION] = load.is_some();
-    used[SLIP_SPEED] = load.is_some();
-    // Noise of three samples with weights 1, -2, 1, and of the means of either half. That of the motor does not
-    // count: the windows are as long as it wants.
-    let span = half as f64 * log.period_s;
-    let [of_load, of_drive] = noise.map(|noise| noise.mean());
-    let products = [
-        (
-            SLIP_ACCELERATION,
-            6.0 * of_load / (span * span * span * span),
-        ),
-        (SLIP_SPEED, 2.0 * of_load / (half as f64 * span * span)),
-    ];
-    // Counts are no white noise: what taking them out changes belongs to the intervals. Columns that are
-    // hardly more than noise are left with it.
-    let noisy = squares.clone().solve(&used);
-    squares.without_noise(&products);
-    let Some(mut found) = squares.solve(&used) else {
-        return noisy;
-    };
-    found.widen_to(&[noisy?.x]);
-    if load.is_none() {
-        // Of white noise so much is left in the average of a window.
-        let white = of_drive * 2.0 / (3.0 * half as f64);
-        let left = (found.rms * found.rms - white).max(0.0).sqrt();
-        let [size, ..] = squares.sizes();
-        found.figures[INERTIA] = found.figures[INERTIA].widened(UNMODELLED_PART * left / size);
-    }
-    Some(found)
 }
