@@ -21,6 +21,7 @@ mod import_controls;
 mod import_damage;
 mod import_kinematics;
 mod import_replay;
+mod import_servos;
 mod import_units;
 mod interventions;
 mod machine_axes;
