@@ -43,8 +43,9 @@ const LEAST_GAIN_DB: f64 = 2.0;
 /// Highest resonance of the load that is guessed, Hz: what is stiffer is rigid here.
 const RIGID_HZ: f64 = 500.0;
 
-/// Bandwidth of the current in a winding, Hz: choppers of 20 to 40 kHz follow within some 0.1 ms.
-const CURRENT_HZ: f64 = 1500.0;
+/// Bandwidth of the current in a winding, Hz. A choice: choppers of 20 to 40 kHz follow within some 0.1 ms, but
+/// for a microstep that is seen as a speed over one period here a faster loop asks for more than the supply has.
+const CURRENT_HZ: f64 = 750.0;
 
 /// Integral time that makes the integral part nothing, s.
 const NO_INTEGRAL_S: f64 = 1000.0;
