@@ -118,10 +118,10 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
         .map(|(command, motor)| command - motor)
         .collect();
     // The servo sums the error up once a turn: a log that is as fast shows its sums, a slower one their
-    // integral, which is half a turn's behind. The log does not tell which: halfway, with both ends in
+    // integral, which is half a turn behind. The log does not tell which: a quarter, with both ends in
     // the interval.
-    let half_turn_s = 0.25 * log.period_s.min(SLOWEST_TURN_S);
-    let integral = integral(&error, log.period_s, half_turn_s);
+    let quarter_turn_s = 0.25 * log.period_s.min(SLOWEST_TURN_S);
+    let integral = integral(&error, log.period_s, quarter_turn_s);
     let (errors, integrals) = (Averages::new(&error, half), Averages::new(&integral, half));
     let places = Averages::new(&log.motor, half);
     let (rates, commanded) = (
@@ -267,7 +267,7 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     // What the law does not explain may stand in any of its terms, and the sums of the error are those of
     // some turn. Where the two pairs are nearly one, both are within that.
     let off = share.min(MODEL_WITHIN);
-    let of_turn = (found.x[INTEGRAL] * half_turn_s / found.x[ERROR]).abs();
+    let of_turn = (found.x[INTEGRAL] * quarter_turn_s / found.x[ERROR]).abs();
     let [ends, others] =
         [other, !other].map(|other| spread(&found.x, [off + of_turn, 2.0 * off], other));
     let is_one = has_integral && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
