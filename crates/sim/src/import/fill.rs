@@ -17,6 +17,10 @@ use std::fmt::Write;
 /// Lends rotary axes where the preset has none.
 const ROTARY_LENDER: &str = "trunnion5";
 
+/// Ends of an axis that turns and of which no control told an end, degrees: as often round as
+/// programs go. The lender's are those of a tilting table.
+const ENDLESS_DEG: f64 = 36_000.0;
+
 /// Places of limits: min, max, velocity, acceleration, jerk.
 const MIN: usize = 0;
 const MAX: usize = 1;
@@ -91,8 +95,18 @@ pub(super) fn machine(
             && !axis.rotary
             && axis.min.is_none()
             && axis.max.is_none();
-        let how = (stepper.is_some(), from_zero);
-        let (ends, dynamic) = limits(axis, &lender, how, &mut axes, &mut rows);
+        let endless = lender.preset == ROTARY_LENDER
+            && named != Some(ROTARY_LENDER)
+            && matches!(draft.kinematics, KinematicsSpec::Cartesian(_))
+            && axis.rotary
+            && axis.min.is_none()
+            && axis.max.is_none();
+        let ends = match (from_zero, endless) {
+            (true, _) => Ends::FromZero,
+            (_, true) => Ends::Endless,
+            _ => Ends::Lent,
+        };
+        let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), ends, &mut axes, &mut rows);
         travel.push(ends);
         match stepper {
             Some(own) => stepper::drive(axis, own, draft.size, dynamic, &mut axes, &mut rows),
@@ -243,12 +257,23 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
     }
 }
 
-/// Writes an axis' limits, of one that steps, of one whose travel begins at zero; gives its travel, and its
-/// velocity and acceleration.
+/// Where the ends of a travel come from that are not told.
+#[derive(Clone, Copy, PartialEq)]
+enum Ends {
+    Lent,
+    /// As long as the lender's, from zero on.
+    FromZero,
+    /// Turning as often as it likes.
+    Endless,
+}
+
+/// Writes an axis' limits, of one that steps or not; gives its travel, and its velocity and
+/// acceleration.
 fn limits(
     axis: &DraftAxis,
     lender: &Lender,
-    (steps, from_zero): (bool, bool),
+    steps: bool,
+    ends: Ends,
     out: &mut String,
     rows: &mut Vec<Row>,
 ) -> ((f64, f64), [f64; 2]) {
@@ -272,10 +297,18 @@ fn limits(
     let _ = write!(out, "\n# ---- {} ----\n[axis.{letter}.limits]\n", axis.id);
     let mut values = [0.0; 5];
     let mut lent = lent(&lender.axis);
-    if from_zero {
-        lent[MAX] -= lent[MIN];
-        lent[MIN] = 0.0;
-    }
+    let guess = match ends {
+        Ends::Lent => None,
+        Ends::FromZero => {
+            lent[MAX] -= lent[MIN];
+            lent[MIN] = 0.0;
+            Some("guess: a travel that begins at zero, as long as a mill's")
+        }
+        Ends::Endless => {
+            (lent[MIN], lent[MAX]) = (-ENDLESS_DEG, ENDLESS_DEG);
+            Some("guess: no end is told, so that it turns as often as it likes")
+        }
+    };
     for (place, (told, key)) in told.into_iter().zip(keys).enumerate() {
         // What is told goes before what is lent, and every line says which of the two it is.
         let (value, from, fate) = match told {
@@ -286,12 +319,10 @@ fn limits(
                 "guess: such controls have no limit of jerk".to_owned(),
                 Fate::Guessed,
             ),
-            None if from_zero && (place == MIN || place == MAX) => (
-                lent[place],
-                "guess: a travel that begins at zero, as long as a mill's".to_owned(),
-                Fate::Guessed,
-            ),
-            None => (lent[place], format!("preset {source}"), Fate::Filled),
+            None => match guess.filter(|_| place == MIN || place == MAX) {
+                Some(guess) => (lent[place], guess.to_owned(), Fate::Guessed),
+                None => (lent[place], format!("preset {source}"), Fate::Filled),
+            },
         };
         values[place] = value;
         let _ = writeln!(out, "{key} = {} # {from}", float(value));

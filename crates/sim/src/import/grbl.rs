@@ -248,6 +248,12 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
         draft.row(name, value, Fate::Ignored, note);
         return Ok(());
     }
+    // grblHAL holds no axis to a travel of 0, as tables that turn have it.
+    if code / 10 == 13 && amount == 0.0 && axis.is_rotary() {
+        draft.axis(axis, true);
+        draft.row(name, value, Fate::Ignored, "no limit");
+        return Ok(());
+    }
     // A limit of 0 would stop the axis; a gap of 0 is none.
     if amount < 0.0 || (amount == 0.0 && !gap) {
         let hint = if gap {

@@ -43,6 +43,34 @@ fn sinumerik_machine_data() {
 }
 
 /// Compensations that are not carried are named, with what they are here.
+/// A rotary axis without an end turns as often as it likes: it has not the ends of a tilting table.
+#[test]
+fn endless_rotary_axes_have_no_ends() {
+    let ends = |told: &(Imported, lostmotion_sim::Machine), id| {
+        let limits = told.1.axis(id).unwrap().limits;
+        assert!(limits.max >= rad(36_000.0) - 1e-6 && limits.min <= -rad(36_000.0) + 1e-6);
+        let letter = id.letter().to_ascii_lowercase();
+        assert_eq!(
+            fate(&told.0, &format!("axis.{letter}.limits.max_deg")),
+            Fate::Guessed
+        );
+    };
+    let both = "N36100 $MA_POS_LIMIT_MINUS[0,AX2]=-100000000\n";
+    let siemens = read("nc.arc", &format!("{SINUMERIK}{both}"));
+    assert_eq!(
+        fate(&siemens.0, "$MA_POS_LIMIT_MINUS[0,AX2]"),
+        Fate::Ignored
+    );
+    ends(&siemens, AxisId::C);
+    let grbl = "$110=500\n$111=500\n$112=500\n$113=3600\n$120=100\n$121=100\n$122=100\n$123=200\n$130=400\n$131=300\n$132=100\n$133=0\n";
+    let hal = read("settings.txt", grbl);
+    assert_eq!(fate(&hal.0, "$133"), Fate::Ignored);
+    ends(&hal, AxisId::A);
+    // A slide of no travel is a mistake.
+    let slide = grbl.replace("$132=100", "$132=0");
+    assert!(refused("settings.txt", &slide).contains("$132: is 0"));
+}
+
 #[test]
 fn sinumerik_compensations_that_are_left_out_are_named() {
     let data = |enable: u32| {
