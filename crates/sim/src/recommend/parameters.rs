@@ -219,6 +219,12 @@ fn linuxcnc(p: &mut Parameters, axes: &[ToldAxis], counting: &Counting) {
         let Some(axis) = own.get(place).or(own.last()) else {
             continue;
         };
+        if place >= own.len() {
+            p.note(format!(
+                "{}: more than one joint moves it, and the machine description has one motor with one gap there: where their gaps differ, each joint gets its own",
+                axis.name
+            ));
+        }
         let (unit, size, decimals) = counting.of(axis.is_rotary);
         let value = short(axis.gap / size, decimals);
         let meaning = "total backlash, taken up at half of the joint's limits";

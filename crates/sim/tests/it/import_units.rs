@@ -262,6 +262,9 @@ fn settings_are_those_of_the_file_s_joints_and_units() {
     assert!(needs.contains("of 60.0 to 80.0 inch/s2"), "{needs}");
     assert!(needs.contains("STEPGEN_MAXVEL of 6.0 inch/s"), "{needs}");
     assert!(found.notes.iter().any(|note| note.contains("as XYYZ")));
+    // The description has one motor for both joints of Y.
+    let one_gap = |note: &&String| note.starts_with("Y: more than one joint moves it");
+    assert_eq!(found.notes.iter().filter(one_gap).count(), 1);
     // Both joints of Y need the same, which is said once.
     assert_eq!(needs.matches("Y: with stepgen").count(), 1);
 
