@@ -65,6 +65,9 @@ pub(super) fn no_help(
     when: &str,
 ) -> Option<String> {
     let (old, new) = (&before.leaves, &after.leaves);
+    if before.worst.is_none() {
+        return Some(format!("it does not help{when}: nothing is cut"));
+    }
     let needed = if new.rms_um > (1.0 - LEAST_GAIN) * old.rms_um {
         format!(
             "RMS {:.2} um in place of {:.2} (it has to shrink by {:.0} %), at most {:.2} um in place of {:.2}",

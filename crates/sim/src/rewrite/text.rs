@@ -40,6 +40,20 @@ const REFUSED: [(f64, &str); 13] = [
 
 /// What makes plain lines of a program that has other ones.
 pub(super) const WRITE: &str = "run `lostmotion gcode write` first, which makes plain lines of it";
+
+/// What to do about a code that stays in a program, or stops it, when plain lines are made of it.
+fn kept_by_writing(code: f64) -> Option<&'static str> {
+    // In tenths, so that all codes of a kind are one range.
+    Some(match (10.0 * code).round() as i32 {
+        50..=53 => "write splines as short lines",
+        330..=331 | 760..=762 => "it goes with the spindle: put it into a program of its own",
+        382..=385 => "it ends where the probe touches: put it into a program of its own",
+        160 | 510..=511 | 680 | 682 => "have the moves written as the machine goes them",
+        930 => "write feeds a minute (G94)",
+        _ => return None,
+    })
+}
+
 /// Byte order mark.
 const BOM: &[u8] = b"\xef\xbb\xbf";
 
@@ -174,9 +188,10 @@ impl InForce {
         }
         for (code, place) in codes(block, b'G') {
             if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == code) {
+                let hint = kept_by_writing(code).unwrap_or(WRITE);
                 return Err(Odd::new(
                     place,
-                    format!("what is under {what} is not rewritten: {WRITE}"),
+                    format!("what is under {what} is not rewritten: {hint}"),
                 ));
             }
             if code == 20.0 {
@@ -289,7 +304,7 @@ impl Line {
         let row = find(Code::g((10.0 * code).round() as u16));
         let moves = row.is_none_or(|row| row.group == Group::Motion || row.leniency.is_some());
         let hint = if moves {
-            WRITE
+            kept_by_writing(code).unwrap_or(WRITE)
         } else {
             "put the move on a line of its own"
         };
@@ -335,11 +350,14 @@ impl Line {
         })
     }
 
-    /// Whether nothing may come between its move and its other words.
-    pub(super) fn has_code_behind_the_move(&self) -> bool {
+    /// What to do about a word for which its move has to stay one, if it has such a word.
+    pub(super) fn keeps_its_move_whole(&self) -> Option<&'static str> {
         let stops = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0];
-        codes(&self.block, b'M').any(|(code, _)| stops.contains(&code))
-            || self.value(b'E').is_some()
+        if codes(&self.block, b'M').any(|(code, _)| stops.contains(&code)) {
+            return Some("put the M code on a line of its own");
+        }
+        self.value(b'E')
+            .map(|_| "what an arc extrudes (E) is not shared out: have the slicer write lines")
     }
 
     /// Whether it is `%` or the number of the program, before which nothing may stand.

@@ -195,10 +195,10 @@ impl NewProgram {
     ) -> Result<(), RewriteError> {
         if pieces.len() > 1 {
             answer.arcs_split += 1;
-            if line.has_code_behind_the_move() {
+            if let Some(hint) = line.keeps_its_move_whole() {
                 return Err(refuse(
                     step.line,
-                    "the arc has to be cut at its reversals: put the M code or E word on a line of its own",
+                    format!("the arc has to be cut at its reversals: {hint}"),
                 ));
             }
         }

@@ -155,6 +155,43 @@ fn what_a_dialect_has_besides_is_refused_by_its_place() {
             "line 5, column 6: ",
             "lostmotion gcode write",
         ),
+        // What stays when plain lines are made is not sent there.
+        (
+            "M3 S500\nG33 Z-2 K1\n",
+            Dialect::LinuxCnc,
+            "line 5, column 1: ",
+            "it goes with the spindle",
+        ),
+        (
+            "G38.2 Z-5\n",
+            Dialect::LinuxCnc,
+            "line 4, column 1: ",
+            "where the probe touches",
+        ),
+        (
+            "G93 G1 X9 F60\n",
+            Dialect::LinuxCnc,
+            "line 4, column 1: ",
+            "write feeds a minute (G94)",
+        ),
+        (
+            "G5 X9 Y9 I3 J0 P0 Q-3\n",
+            Dialect::LinuxCnc,
+            "line 4, column 1: ",
+            "write splines as short lines",
+        ),
+        (
+            "G2 X20 Y0 I10 J0 M1\n",
+            Dialect::LinuxCnc,
+            "line 4: ",
+            "put the M code on a line of its own",
+        ),
+        (
+            "G2 X20 Y0 I10 J0 E2\n",
+            Dialect::Marlin,
+            "line 4: ",
+            "have the slicer write lines",
+        ),
     ] {
         let error = refused(&format!("{head}{rest}M30\n"), dialect);
         assert!(error.starts_with(place) && error.contains(what), "{error}");
@@ -208,4 +245,13 @@ fn a_program_that_is_not_helped_names_its_worst_lines() {
         .chain([new.after.max_um])
         .map(|um| format!("({um:.2} um, before"));
     assert!(most.any(|most| reason.contains(&most)), "{reason}");
+}
+
+/// Where nothing is cut there is nothing to help.
+#[test]
+fn a_program_without_a_cut_is_not_written() {
+    let part = Program::from_str("part.nc", "G21 G90\nG0 X5 Y5 Z5\nG0 X0\nM2\n");
+    let new = rewritten(&part, Dialect::LinuxCnc).unwrap();
+    let reason = new.refused.unwrap_or_default();
+    assert!(reason.contains("nothing is cut"), "{reason}");
 }
