@@ -144,6 +144,18 @@ fn limits(draft: &mut Draft, part: Node<'_, '_>, axis: AxisId, line: usize) -> R
             );
         }
     }
+    // In which unit and with which sign has no source here.
+    let says = |name: &str| name.to_ascii_lowercase().contains("backlash");
+    for attribute in part.attributes() {
+        if says(tag) || says(attribute.name()) {
+            draft.row(
+                format!("{axis} {tag} {}", attribute.name()),
+                attribute.value(),
+                Fate::Ignored,
+                "backlash, not carried: as gap_um in the axis' load, with compensation.method",
+            );
+        }
+    }
     for (element, attribute, why) in KNOWN {
         if let Some(text) = part.attribute(*attribute).filter(|_| tag == *element) {
             draft.row(

@@ -240,6 +240,10 @@ fn twincat_axes() {
     for key in ["X SoftEndMin Range", "X Dynamic MaxAcceleration"] {
         assert_eq!(fate(&told, key), Fate::Ignored);
     }
+    // So is backlash, of which no source tells how it is written.
+    let gap = one.replace("<EncPara ", "<EncPara Backlash=\"0.02\" ");
+    let (told, _) = read("Axis X.xti", &gap);
+    assert_eq!(fate(&told, "X EncPara Backlash"), Fate::Ignored);
     let said = refused("X.xti", &one.replace("\"400\"", "\"-4\""));
     assert!(
         said.contains("X Velo Maximum") && said.contains("above 0"),
