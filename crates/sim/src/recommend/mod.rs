@@ -21,7 +21,7 @@ use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::results::{ErrorStats, MethodResult, Run};
 use crate::simulation::Simulation;
-use lostmotion_base::units::deg;
+use lostmotion_base::units::{UM_PER_MM, deg, rad};
 use lostmotion_drive::config::{AxisUnit, Load};
 use lostmotion_methods::{AxisConfig, MethodId};
 use parameters::{Counting, ToldAxis, gap_of, parameters, step, unknown};
@@ -162,18 +162,18 @@ pub fn recommend(
         answer.refused = Some(unknown(control));
         let run = simulate(program, machine, &without_tests(&options), vec![baseline()])?;
         answer.runs += 1;
-        fill_baseline(&mut answer, &run);
+        fill_baseline(&mut answer, machine, &run);
         return Ok(answer);
     }
     let choices = std::iter::once(baseline()).chain(trials.iter().map(Trial::choice));
     let first = simulate(program, &told, &without_tests(&options), choices.collect())?;
     answer.runs += 1 + trials.len() as u64;
     if control.stops() == PathStops::Never {
-        fill_baseline(&mut answer, &first);
+        fill_baseline(&mut answer, machine, &first);
     } else {
         let run = simulate(program, machine, &without_tests(&options), vec![baseline()])?;
         answer.runs += 1;
-        fill_baseline(&mut answer, &run);
+        fill_baseline(&mut answer, machine, &run);
         answer.notes.push(format!(
             "the control stops {} to take the gap up: {:.2} s in place of {:.2}",
             control.stops().place(),
@@ -527,13 +527,38 @@ fn simulate(
         .run()
 }
 
-fn fill_baseline(answer: &mut ControlSettings, run: &Run) {
+fn fill_baseline(answer: &mut ControlSettings, machine: &Machine, run: &Run) {
     answer.tolerance_um = run.tolerance_um;
     answer.without_gap = run.without_gap;
     if let Some(none) = run.first() {
         answer.before = none.cutting;
         answer.within_tolerance = none.within_tolerance;
+        answer.notes.extend(unseen(machine, none));
     }
+}
+
+/// Radius at which the gap of a rotary axis is told as a length, mm. A choice: of parts on a table.
+const RADIUS_MM: f64 = 50.0;
+
+/// Gaps of rotary axes that a program turns and whose kinematics do not say what they turn: none of
+/// the errors has them.
+fn unseen(machine: &Machine, result: &MethodResult) -> Vec<String> {
+    let kind = machine.kinematics().kind();
+    let turned = result.axes.iter().filter(|axis| {
+        kind == "cartesian"
+            && axis.axis.is_rotary()
+            && axis.gap > 0.0
+            && axis.range[1] > axis.range[0]
+    });
+    turned
+        .map(|axis| {
+            let um = rad(0.5e-3 * axis.gap) * RADIUS_MM * UM_PER_MM;
+            format!(
+                "{}: no contour error here has its gap, since the kinematics ({kind}) do not say what it turns; half its {:.1} mdeg are {um:.1} um at {RADIUS_MM} mm from its centre",
+                axis.axis, axis.gap
+            )
+        })
+        .collect()
 }
 
 /// Why none of the ways to set a control is better than leaving it alone, and the blocks that tell it.

@@ -117,6 +117,10 @@ fn what_has_no_numbers_is_not_recommended() {
             "{:?}",
             answer.notes
         );
+        // 30 arc seconds of the table, of which the contour knows nothing.
+        let table = "half its 8.3 mdeg are 3.6 um at 50 mm";
+        let unseen = |note: &String| note.starts_with("A: no contour") && note.contains(table);
+        assert!(answer.notes.iter().any(unseen), "{:?}", answer.notes);
         assert_eq!(answer.method.is_none(), answer.settings.is_empty());
         assert_eq!(answer.method.is_none(), answer.refused.is_some());
         if answer.method.is_some() {
