@@ -3,9 +3,10 @@
 //! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
 //! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
 //! acceleration before interpolation (mm/s2), 1800#4 RBK, 1825 position gain (0.01/s, listed only),
-//! 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths without a point are
-//! in the increment of the axis, gaps and deviations in detection units. Source: parameter manuals
-//! B-63090EN, B-64120EN, B-64490EN.
+//! 1820 command multiplier, 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths
+//! without a point are in the increment of the axis, gaps and deviations in detection units: the
+//! increment by the command multiplier. Source: parameter manuals B-63090EN, B-64120EN, B-64490EN,
+//! B-63950EN (1820).
 
 use super::draft::{Draft, Fate, LEADING, Quantity, Told};
 use super::{Format, ImportOptions, not_negative, number, problem};
@@ -185,6 +186,15 @@ impl PunchedOut<'_> {
         }
     }
 
+    /// Detection units in an increment: twice that is told, or, below a half, the inverse and 100.
+    fn command_multiplier(&self, axis: usize) -> Option<f64> {
+        match self.of(1820, axis)?.value.parse::<u32>().ok()? {
+            twice @ 1..=96 => Some(0.5 * f64::from(twice)),
+            inverse @ 101..=127 => Some(1.0 / f64::from(inverse - 100)),
+            _ => None,
+        }
+    }
+
     fn axis(&self, number: usize) -> Option<(AxisId, bool)> {
         let named = self
             .of(1020, number)
@@ -281,7 +291,8 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         return Err(problems);
     }
     let read = [
-        1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1828, 1829, 1851, 1852,
+        1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1820, 1828, 1829, 1851,
+        1852,
     ];
     for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
         let note = match entry.value.parse::<f64>() {
@@ -371,6 +382,18 @@ fn take(
         }
         _ => {}
     }
+    let multiplier = all.command_multiplier(number_of);
+    let unit = increment / multiplier.unwrap_or(1.0);
+    if let Some(entry) = all.of(1820, number_of) {
+        let (fate, note) = match multiplier {
+            Some(_) => (
+                Fate::Used,
+                format!("detection unit of {axis}: {unit} {}", unit_of(axis)),
+            ),
+            None => (Fate::Ignored, "no command multiplier".to_owned()),
+        };
+        draft.row(entry.name(), entry.value, fate, note);
+    }
     if let Some((entry, value)) = amount(1828)? {
         draft.row(
             entry.name(),
@@ -378,7 +401,7 @@ fn take(
             Fate::Used,
             format!("following error of {axis}"),
         );
-        draft.axis(axis, axis.is_rotary()).following_error = Some(told(entry, value * increment));
+        draft.axis(axis, axis.is_rotary()).following_error = Some(told(entry, value * unit));
     }
     if let Some((entry, value)) = amount(1829)? {
         draft.row(
@@ -387,9 +410,13 @@ fn take(
             Fate::Used,
             format!("following error of {axis} at rest"),
         );
-        draft.axis(axis, axis.is_rotary()).standstill_error = Some(told(entry, value * increment));
+        draft.axis(axis, axis.is_rotary()).standstill_error = Some(told(entry, value * unit));
     }
-    gap(draft, all, number_of, axis, increment)
+    gap(draft, all, number_of, axis, unit)
+}
+
+fn unit_of(axis: AxisId) -> &'static str {
+    if axis.is_rotary() { "deg" } else { "mm" }
 }
 
 /// 1851 of cutting feeds, and 1852 of rapids where RBK is set.
@@ -398,7 +425,7 @@ fn gap(
     all: &PunchedOut<'_>,
     number_of: usize,
     axis: AxisId,
-    increment: f64,
+    unit: f64,
 ) -> Result<(), Problem> {
     let Some(entry) = all.of(1851, number_of) else {
         return Ok(());
@@ -409,18 +436,17 @@ fn gap(
         return Ok(());
     }
     let amount = |entry: &ParameterValue<'_>| -> Result<f64, Problem> {
-        Ok(not_negative(entry.line, &entry.name(), entry.value)? * increment)
+        Ok(not_negative(entry.line, &entry.name(), entry.value)? * unit)
     };
     let cutting = amount(entry)?;
-    draft.row(
-        entry.name(),
-        format!(
-            "{increment} {}",
-            if axis.is_rotary() { "deg" } else { "mm" }
-        ),
-        Fate::Guessed,
-        "the detection unit is taken to be the least increment (CMR 1)",
-    );
+    if all.command_multiplier(number_of).is_none() {
+        draft.row(
+            entry.name(),
+            format!("{unit} {}", unit_of(axis)),
+            Fate::Guessed,
+            "the detection unit is taken to be the least increment (CMR 1)",
+        );
+    }
     let told = Told {
         value: cutting,
         from: entry.name(),

@@ -169,6 +169,23 @@ fn fanuc_parameters() {
     let following = x.monitor_limits().following.unwrap();
     assert!(near(following.at(500.0), 8.0) && near(following.at(0.0), 0.5));
     assert!(guesses(&told).contains(&"N1851 A1"));
+    // Half an increment where the command multiplier is 2 (told as 4), three where it is 1/3 (103).
+    let multiplied = FANUC.replace("N01851Q1A1P12", "N01820Q1A1P4A2P103\nN01851Q1A1P12");
+    let (told, machine) = read("CNC-PARA.TXT", &multiplied);
+    let gap = |id| machine.axis(id).unwrap().config.gap_in_unit();
+    assert!(near(gap(AxisId::X), 0.006) && near(gap(AxisId::A), 0.012));
+    let x = machine.axis(AxisId::X).unwrap();
+    assert!(near(x.monitor_limits().following.unwrap().at(0.0), 0.25));
+    assert!(!guesses(&told).contains(&"N1851 A1"));
+    assert_eq!(fate(&told, "N1820 A1"), Fate::Used);
+    // What is no multiplier leaves the guess.
+    let none = FANUC.replace("N01851Q1A1P12", "N01820Q1A1P0A2P2\nN01851Q1A1P12");
+    let (told, machine) = read("CNC-PARA.TXT", &none);
+    assert!(near(
+        machine.axis(AxisId::X).unwrap().config.gap_in_unit(),
+        0.012
+    ));
+    assert!(guesses(&told).contains(&"N1851 A1"));
     // 0.01 1/s, and listed only.
     let gains = FANUC.replace("N01851Q1A1P12", "N01825Q1A1P3000A2P5000\nN01851Q1A1P12");
     let (told, _) = read("CNC-PARA.TXT", &gains);
