@@ -3,7 +3,7 @@
 use crate::clocks::Track;
 use crate::collect::{Part, collect};
 use crate::error::LogError;
-use crate::motion::{held, jumps, unwrap, wrap};
+use crate::motion::{Spike, held, jumps, spikes, unwrap, wrap};
 use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign};
 use crate::source::{Format, Header, ReadOptions};
@@ -165,7 +165,7 @@ pub fn read_axis(
     let mut track = collect(&mut reader, &assigned, &factors, &part, &mut said)?;
     said.extend(reader.remarks());
     let turn = (unit.quantity == Quantity::Angle).then(|| std::f64::consts::TAU / unit.factor);
-    mend(&mut track, &assigned, turn, &mut said);
+    mend(&mut track, &assigned, &factors, turn, &mut said);
     if track.len() < FEWEST_ROWS {
         let what = format!("{} rows of data can be used", track.len());
         return Err(LogError::file(
@@ -319,8 +319,15 @@ fn factors(
     Ok((factors, unit))
 }
 
-/// Takes held values once, adds up wrapped counters, and cuts where a position jumps.
-fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut Vec<String>) {
+/// Takes held values once, leaves out rows that are off, adds up wrapped counters, and cuts where a position
+/// jumps.
+fn mend(
+    track: &mut Track,
+    assigned: &[Assigned],
+    factors: &[f64],
+    turn: Option<f64>,
+    said: &mut Vec<String>,
+) {
     let positions: Vec<usize> = (0..assigned.len())
         .filter(|&place| is_position(assigned[place].role))
         .collect();
@@ -337,16 +344,30 @@ fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut 
         ));
         track.thin(first, step);
     }
+    let count = |place: usize| factors.get(place).copied().unwrap_or(1.0).abs();
+    let mut off: Vec<usize> = Vec::new();
+    for &place in &positions {
+        let column = &track.columns[place];
+        let found = spikes(column);
+        // At its ends a counter may toggle.
+        let is_wrap = || wrap(column, &jumps(&track.time_s, column), turn, count(place)).is_some();
+        if found.is_empty() || is_wrap() {
+            continue;
+        }
+        off.extend(say_spikes(&found, track, assigned[place].role, said));
+    }
+    off.sort_unstable();
+    off.dedup();
+    track.leave_out(&off);
     let mut cuts: Vec<usize> = Vec::new();
     for &place in &positions {
         let found = jumps(&track.time_s, &track.columns[place]);
         let role = assigned[place].role;
-        if let Some(period) = wrap(&found, turn) {
+        if let Some(period) = wrap(&track.columns[place], &found, turn, count(place)) {
+            let wraps = unwrap(&track.time_s, &mut track.columns[place], period);
             said.push(format!(
-                "the {role}'s position wraps {} times at {period}; it is added up",
-                found.len()
+                "the {role}'s position wraps {wraps} times at {period}; it is added up"
             ));
-            unwrap(&mut track.columns[place], &found, period);
             continue;
         }
         for jump in &found {
@@ -375,6 +396,32 @@ fn mend(track: &mut Track, assigned: &[Assigned], turn: Option<f64>, said: &mut 
         ));
         track.keep(from..to);
     }
+}
+
+/// Says which rows are off, and returns them.
+fn say_spikes(found: &[Spike], track: &Track, role: Role, said: &mut Vec<String>) -> Vec<usize> {
+    let first = found.first().map(|spike| {
+        format!(
+            "{} {}: the {role}'s position is off by {:.4} and comes back",
+            track.counted,
+            track.line.get(spike.row).copied().unwrap_or_default(),
+            spike.size
+        )
+    });
+    let rows: Vec<usize> = found
+        .iter()
+        .flat_map(|spike| spike.row..spike.row + spike.rows)
+        .collect();
+    let more = match found.len() {
+        1 => String::new(),
+        several => format!(", and {} times more", several - 1),
+    };
+    let left = match rows.len() {
+        1 => "1 row is left out".to_owned(),
+        several => format!("{several} rows are left out"),
+    };
+    said.extend(first.map(|first| format!("{first}{more}: {left}")));
+    rows
 }
 
 /// What is wrong with a drive signal without its sign; `None` of one that has it.

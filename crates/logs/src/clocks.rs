@@ -58,6 +58,24 @@ impl Track {
         self.line.drain(..range.start.min(self.line.len()));
     }
 
+    /// Leaves out these rows, which are in order.
+    pub(crate) fn leave_out(&mut self, rows: &[usize]) {
+        if rows.is_empty() {
+            return;
+        }
+        let keeps: Vec<bool> = (0..self.len())
+            .map(|row| rows.binary_search(&row).is_err())
+            .collect();
+        let keep = |values: &mut Vec<f64>| {
+            let mut keeps = keeps.iter();
+            values.retain(|_| keeps.next().is_none_or(|keep| *keep));
+        };
+        keep(&mut self.time_s);
+        self.columns.iter_mut().for_each(keep);
+        let mut kept = keeps.iter();
+        self.line.retain(|_| kept.next().is_none_or(|keep| *keep));
+    }
+
     /// Keeps each `step`th row from `first` on.
     pub(crate) fn thin(&mut self, first: usize, step: usize) {
         let thin = |values: &mut Vec<f64>| {

@@ -1,4 +1,5 @@
-//! Flaws of a recorded position: counters that wrap, places that jump, values that are held.
+//! Flaws of a recorded position: counters that wrap, places that jump, values that are off for a few rows,
+//! values that are held.
 
 use lostmotion_base::math::quantile;
 
@@ -22,6 +23,16 @@ const MIN_RUNS: usize = 20;
 const MAX_HELD: usize = 1000;
 /// How far the step over a wrap may be off its neighbours', in parts of the wrap.
 const WRAP_TOLERANCE: f64 = 0.02;
+/// How far the mean step over many wraps may be off a power of two of counts to be one. A choice: counters
+/// of 1000 and 1024 are five times that apart.
+const POWER_TOLERANCE: f64 = 0.005;
+/// Bits of the counters that are known.
+const BITS: std::ops::RangeInclusive<u32> = 8..=32;
+/// Most rows that a position may be off for to come back where it was. A choice: a flaw of the recording is one
+/// row, or a few of them.
+const SPIKE_ROWS: usize = 3;
+/// How far the steps to a place that is off and back may differ, in parts of them.
+const SPIKE_TOLERANCE: f64 = 0.1;
 
 /// A step that no motion makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,34 +102,105 @@ fn count_of(values: &[f64]) -> f64 {
     quantile(steps, 0.05)
 }
 
+/// A few rows that are off, as a fault of a line makes them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spike {
+    /// The first of its rows.
+    pub(crate) row: usize,
+    pub(crate) rows: usize,
+    /// How far they are off.
+    pub(crate) size: f64,
+}
+
+/// Rows between two steps that no motion makes, there and back.
+pub(crate) fn spikes(values: &[f64]) -> Vec<Spike> {
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let changes: Vec<f64> = steps
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|change| *change > 0.0)
+        .collect();
+    if changes.is_empty() {
+        return Vec::new();
+    }
+    let least = (CHANGE_RATIO * quantile(changes, 0.5)).max(COUNTS * count_of(values));
+    let mut found: Vec<Spike> = Vec::new();
+    for (at, &there) in steps.iter().enumerate() {
+        let behind = found.last().map_or(0, |last| last.row + last.rows);
+        if there.abs() <= least || at + 1 < behind {
+            continue;
+        }
+        for rows in 1..=SPIKE_ROWS {
+            let Some(back) = steps.get(at + rows) else {
+                break;
+            };
+            let around =
+                at.saturating_sub(NEIGHBOURS)..(at + rows + NEIGHBOURS + 1).min(steps.len());
+            let usual = around
+                .filter(|&other| other != at && other != at + rows)
+                .fold(0.0, |most: f64, other| most.max(steps[other].abs()));
+            // Rows within it may move on as all others do.
+            let off = (there + back).abs() <= SPIKE_TOLERANCE * there.abs() + 2.0 * usual;
+            if off && there * back < 0.0 && there.abs().min(back.abs()) > STEP_RATIO * usual {
+                found.push(Spike {
+                    row: at + 1,
+                    rows,
+                    size: 0.5 * (there - back),
+                });
+                break;
+            }
+        }
+    }
+    found
+}
+
 /// The period of a counter that wraps: all jumps have its size, there are some of either sign or it
-/// is a turn or a power of two. `turn` is a full turn in the column's unit, where it is an angle.
-pub(crate) fn wrap(jumps: &[Jump], turn: Option<f64>) -> Option<f64> {
+/// is a turn or a power of two, and the values lie within it. `turn` is a full turn in the column's unit,
+/// where it is an angle, and `count` what one of the values in the log is in it.
+pub(crate) fn wrap(values: &[f64], jumps: &[Jump], turn: Option<f64>, count: f64) -> Option<f64> {
     let first = jumps.first()?.size.abs();
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let alike = |period: f64| {
         jumps
             .iter()
             .all(|jump| (jump.size.abs() - period).abs() <= WRAP_TOLERANCE * period)
+            && most - least <= (1.0 + WRAP_TOLERANCE) * period
     };
     // Counters of 8 to 32 bits.
     let of_two = [256.0, 65_536.0, 16_777_216.0, 4_294_967_296.0];
-    let known = turn.into_iter().chain(of_two).find(|&period| alike(period));
+    let of_counts = of_two.map(|period| period * count);
+    let known = turn
+        .into_iter()
+        .chain(of_two)
+        .chain(of_counts)
+        .find(|&period| alike(period));
     known.or_else(|| {
         let mean = jumps.iter().map(|jump| jump.size.abs()).sum::<f64>() / jumps.len() as f64;
-        (jumps.len() > 2 && alike(first)).then_some(mean)
+        // Jumps tell it to within the speed's changes, whole bits exactly.
+        let whole = BITS
+            .map(|bits| count * (1_u64 << bits) as f64)
+            .find(|period| (mean - period).abs() <= POWER_TOLERANCE * period);
+        (jumps.len() > 2 && alike(first)).then_some(whole.unwrap_or(mean))
     })
 }
 
-/// Adds up the wraps.
-pub(crate) fn unwrap(values: &mut [f64], jumps: &[Jump], period: f64) {
-    let mut jumps = jumps.iter().peekable();
-    let mut added = 0.0;
-    for (row, value) in values.iter_mut().enumerate() {
-        if let Some(jump) = jumps.next_if(|jump| jump.row == row) {
-            added -= period * jump.size.signum();
-        }
-        *value += added;
+/// Adds up the wraps: each step is the one that is nearest to what the speed before makes of it. A counter
+/// that wraps every few rows shows no jumps beside its neighbours. Returns how often it wraps.
+pub(crate) fn unwrap(time_s: &[f64], values: &mut [f64], period: f64) -> usize {
+    let (mut speed, mut added, mut wraps) = (0.0, 0.0, 0);
+    let mut before = values.first().copied().unwrap_or(0.0);
+    for row in 1..values.len().min(time_s.len()) {
+        let over_s = time_s[row] - time_s[row - 1];
+        let step = values[row] - before;
+        let turns = ((speed * over_s - step) / period).round();
+        before = values[row];
+        added += turns * period;
+        wraps += usize::from(turns != 0.0);
+        values[row] += added;
+        speed = (step + turns * period) / over_s;
     }
+    wraps
 }
 
 /// Rows that a column holds each value for while it changes, and the first row of such a run; 1
@@ -199,7 +281,7 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].row, 100);
         assert!((found[0].size - 0.155).abs() < 1e-3);
-        assert_eq!(wrap(&found, None), None);
+        assert_eq!(wrap(&values, &found, None, 1.0), None);
     }
 
     #[test]
@@ -208,11 +290,51 @@ mod tests {
         let mut values: Vec<f64> = whole.iter().map(|angle| angle.rem_euclid(360.0)).collect();
         let found = jumps(&times(3000), &values);
         assert_eq!(found.len(), 3);
-        assert_eq!(wrap(&found, Some(360.0)), Some(360.0));
-        unwrap(&mut values, &found, 360.0);
+        assert_eq!(wrap(&values, &found, Some(360.0), 1.0), Some(360.0));
+        assert_eq!(unwrap(&times(3000), &mut values, 360.0), 3);
         for (found, whole) in values.iter().zip(&whole) {
             assert!((found - whole).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_counter_that_wraps_every_few_rows_is_added_up() {
+        // 16 bits of 0.1 um, forth and back with up to 1.3 mm a row
+        let whole: Vec<f64> = (0..4000)
+            .map(|row| 400.0 * lostmotion_base::math::sin(f64::from(row) * 3.2e-3))
+            .map(|mm| (mm / 1e-4).round())
+            .collect();
+        let mut values: Vec<f64> = whole
+            .iter()
+            .map(|count| 1e-4 * ((count + 32_768.0).rem_euclid(65_536.0) - 32_768.0))
+            .collect();
+        let found = jumps(&times(4000), &values);
+        let period = wrap(&values, &found, None, 1e-4).unwrap();
+        assert!((period - 6.5536).abs() < 1e-12, "{period}");
+        assert!(unwrap(&times(4000), &mut values, period) > found.len());
+        for (found, whole) in values.iter().zip(&whole) {
+            assert!((found - 1e-4 * whole).abs() < 1e-6, "{found} {whole}");
+        }
+    }
+
+    #[test]
+    fn rows_that_are_off_are_seen_and_motion_is_not() {
+        let motion = |row: i32| 20.0 * lostmotion_base::math::sin(f64::from(row) * 6e-3);
+        let mut values: Vec<f64> = (0..3000).map(motion).collect();
+        assert_eq!(spikes(&values), []);
+        values[700] += 70.0;
+        values[1500] -= 5.0;
+        values[1501] -= 5.0;
+        let found = spikes(&values);
+        let places: Vec<(usize, usize)> =
+            found.iter().map(|spike| (spike.row, spike.rows)).collect();
+        assert_eq!(places, [(700, 1), (1500, 2)]);
+        assert!((found[0].size - 70.0).abs() < 0.1 && (found[1].size + 5.0).abs() < 0.2);
+        // a place that stays where it jumped to is no such row
+        let moved: Vec<f64> = (0..3000)
+            .map(|row| motion(row) + if row < 1000 { 0.0 } else { 5.0 })
+            .collect();
+        assert_eq!(spikes(&moved), []);
     }
 
     #[test]

@@ -307,7 +307,10 @@ impl<'a> PositionParts<'a> {
         for (((other, &is_angle), &added_up), column) in axes.zip(&mut track.columns) {
             let found = jumps(&track.time_s, column);
             let new: Vec<&Jump> = found.iter().filter(|jump| jump.row >= shared).collect();
-            if let Some(period) = is_angle.then(|| wrap(&found, Some(TAU))).flatten() {
+            if let Some(period) = is_angle
+                .then(|| wrap(column, &found, Some(TAU), 1.0))
+                .flatten()
+            {
                 if !new.is_empty() {
                     said.push(format!(
                         "axis {} wraps {} times; it is added up",
@@ -315,7 +318,7 @@ impl<'a> PositionParts<'a> {
                         new.len()
                     ));
                 }
-                unwrap(column, &found, period);
+                unwrap(&track.time_s, column, period);
             } else if let Some(jump) = new.first() {
                 let shown = if is_angle {
                     jump.size.to_degrees()
