@@ -183,6 +183,28 @@ pub(super) fn levelled(
     points.iter().map(level).collect()
 }
 
+/// The solution, and half the intervals of its values by leaving out each stretch in turn.
+fn jackknife(
+    whole: &Sums,
+    stretches: &[Sums],
+    told: &[bool; UNKNOWNS],
+) -> ([f64; UNKNOWNS], [f64; UNKNOWNS]) {
+    let found = whole.solve(told);
+    let count = stretches.len() as f64;
+    let mut square = [0.0; UNKNOWNS];
+    for sums in stretches {
+        let other = whole.without(sums).solve(told);
+        for (square, (a, b)) in square.iter_mut().zip(other.iter().zip(&found)) {
+            *square += (a - b) * (a - b);
+        }
+    }
+    let factor = (count - 1.0).max(0.0) / count.max(1.0);
+    (
+        found,
+        square.map(|square| STUDENT * (factor * square).sqrt()),
+    )
+}
+
 /// What explains the deviations of one or two senses of a circle; radius in the unit of the
 /// deviations. `None` for each unknown that is not told.
 pub(super) fn explain(senses: &[Sense<'_>], radius: f64) -> ([Option<Told>; UNKNOWNS], f64) {
@@ -208,18 +230,22 @@ pub(super) fn explain(senses: &[Sense<'_>], radius: f64) -> ([Option<Told>; UNKN
         }
     });
     let told = whole.told(both);
-    let found = whole.solve(&told);
     stretches.retain(|sums| sums.count > 0.0);
-    // Jackknife: a value with a stretch left out, against that with all.
-    let count = stretches.len() as f64;
-    let mut square = [0.0; UNKNOWNS];
-    for sums in &stretches {
-        let other = whole.without(sums).solve(&told);
-        for (square, (a, b)) in square.iter_mut().zip(other.iter().zip(&found)) {
-            *square += (a - b) * (a - b);
+    let (found, mut halves) = jackknife(&whole, &stretches, &told);
+    // What is not told is not zero for that reason: the others hold their part of it.
+    let moved =
+        std::array::from_fn(|i| whole.matrix[i][i] > 0.0 && (told[i] || both || i != MISMATCH));
+    let (all, all_halves) = jackknife(&whole, &stretches, &moved);
+    for untold in (0..UNKNOWNS).filter(|&i| moved[i] && !told[i]) {
+        let column = Sums {
+            right: whole.matrix.map(|row| row[untold]),
+            ..whole
+        };
+        let size = all[untold].abs() + all_halves[untold];
+        for (half, part) in halves.iter_mut().zip(column.solve(&told)) {
+            *half += part.abs() * size;
         }
     }
-    let factor = (count - 1.0).max(0.0) / count.max(1.0);
     let (mut left, mut rows) = (0.0, 0.0);
     each(&mut |_, row, off| {
         let made: f64 = row.iter().zip(&found).map(|(a, b)| a * b).sum();
@@ -238,7 +264,7 @@ pub(super) fn explain(senses: &[Sense<'_>], radius: f64) -> ([Option<Told>; UNKN
     });
     let bent = bent.solve(&told);
     let values = std::array::from_fn(|i| {
-        let half = STUDENT * (factor * square[i]).sqrt() + bent[i].abs();
+        let half = halves[i] + bent[i].abs();
         (told[i] && half.is_finite()).then(|| (found[i], [found[i] - half, found[i] + half]))
     });
     (values, (left / f64::max(rows, 1.0)).sqrt())

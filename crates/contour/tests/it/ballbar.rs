@@ -347,3 +347,40 @@ fn the_mean_of_a_part_is_told_with_its_interval_or_not_at_all() {
     let part = of(0.0, 70.0, &mut random);
     assert!(about_mean(&part)[0].contains("cannot be told, because the record covers only 70 deg"));
 }
+
+/// On a short arc scale or squareness is left out; the centre and the others then hold a part of it, and
+/// their intervals say so.
+#[test]
+fn intervals_cover_on_a_part_of_the_circle() {
+    let mut random = Random::new(61_003);
+    let (mut held, mut told) = ([0; 4], [0; 4]);
+    for _ in 0..60 {
+        let errors = Errors {
+            lost: [random.between(0.0, 0.01), random.between(0.0, 0.01)],
+            square: random.between(-40e-6, 40e-6),
+            scale: random.between(-40e-6, 40e-6),
+            center: [random.between(-0.02, 0.02), random.between(-0.02, 0.02)],
+            noise: 2e-4,
+            ..Errors::default()
+        };
+        let from_deg = random.between(0.0, 360.0);
+        let arcs =
+            [true, false].map(|ccw| trace(&errors, ccw, from_deg, from_deg + 90.0, &mut random));
+        let found = sheet(&circle(), &arcs).unwrap();
+        let pairs = [
+            (found.center_um[0], 1e3 * errors.center[0]),
+            (found.center_um[1], 1e3 * errors.center[1]),
+            (found.scale_um_m, 1e6 * errors.scale),
+            (found.squareness_um_m, 1e6 * errors.square),
+        ];
+        for (place, (found, truth)) in pairs.into_iter().enumerate() {
+            let Some(found) = found else { continue };
+            told[place] += 1;
+            let [low, high] = found.interval;
+            held[place] += usize::from(low <= truth && truth <= high);
+        }
+    }
+    for (held, told) in held.into_iter().zip(told) {
+        assert!(told >= 10 && 10 * held >= 9 * told, "{held} of {told}");
+    }
+}
