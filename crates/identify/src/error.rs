@@ -17,6 +17,14 @@ pub enum NotExcited {
         /// The threshold in force, N m.
         threshold_nm: f64,
     },
+    /// Rows are missing in nearly every window.
+    #[error(
+        "rows are missing so often, {percent:.0} % of them, that hardly a stretch of the log is whole: log every row"
+    )]
+    RowsLost {
+        /// How many of the rows are missing.
+        percent: f64,
+    },
     /// Only one flank was ever in firm contact.
     #[error(
         "only one side of the gap was in firm contact ({positive} samples positive, {negative} negative): log a motion with reversals"

@@ -36,6 +36,9 @@ const INERTIA_ROUNDS: usize = 4;
 /// compliance.
 const MIN_TORQUE_VARIATION: f64 = 0.01;
 
+/// Share of the windows that have to be whole. A choice: a tenth of the rows may be missing at random.
+const WHOLE_SHARE: f64 = 0.05;
+
 /// Width of the interval, in parts of the half gap, from which on the gap counts as not told. A
 /// choice: the interval then holds gaps that differ by a factor of three.
 const MAX_WIDTH_SHARE: f64 = 1.0;
@@ -215,6 +218,13 @@ fn fit_at(
     }
     // Windows in firm contact; a log that shows too few of them is refused here.
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
+    // Windows with a missing row are left out.
+    if WHOLE_SHARE * windows.len() as f64
+        > windows.iter().filter(|window| window.whole).count() as f64
+    {
+        let percent = 1e2 * log.lost_share();
+        return Err(NotExcited::RowsLost { percent }.into());
+    }
     let exact = match (settings.motor_friction_known, settings.motor_inertia_kgm2) {
         (false, _) => Exact::Motion,
         (true, None) => Exact::Acceleration,

@@ -155,6 +155,11 @@ impl BacklashLog {
             .is_some_and(|range| range.contains(&true))
     }
 
+    /// Share of the samples that stand for rows that were lost.
+    pub(crate) fn lost_share(&self) -> f64 {
+        self.lost.iter().filter(|lost| **lost).count() as f64 / self.len() as f64
+    }
+
     /// Standard deviation of the quantisation error of `motor - load`, rad: each position error
     /// taken as uniform over the smallest step that its column makes. Nearly zero where positions
     /// are not quantised.

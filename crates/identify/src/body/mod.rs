@@ -199,6 +199,11 @@ struct Averages {
     half: usize,
     /// Sums of the column up to each sample, and sums of those.
     twice: Vec<f64>,
+    /// Share of the samples that stand for rows that were lost.
+    fn lost_share(&self) -> f64 {
+        self.lost.iter().filter(|lost| **lost).count() as f64 / self.len().max(1) as f64
+    }
+
     /// The first value, which is taken off before summing: large places would lose digits.
     base: f64,
 }

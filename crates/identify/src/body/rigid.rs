@@ -9,6 +9,8 @@ use super::{BodyLog, Figure, Motion, Rates};
 use lostmotion_base::math;
 use serde::Serialize;
 
+/// Share of missing rows from which on they are why no window is left. A choice.
+const LOST_SHARE: f64 = 0.02;
 /// Half width of an interval, in parts of the figure, from which on the figure is not told.
 const TOLD_SHARE: f64 = 0.5;
 /// Share of the drive signal that one body may leave unexplained. A choice: records of stiff axes
@@ -126,9 +128,17 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     if !both {
         return Err("the axis moves one way only: move it to and fro, friction and a constant force are told apart by the direction".to_owned());
     }
-    let mut plain = fit(log, motion, &Terms::default()).ok_or(
-        "the axis never moves one way for long enough: make longer strokes at several speeds",
-    )?;
+    let mut plain = fit(log, motion, &Terms::default()).ok_or_else(|| {
+        let lost = log.lost_share();
+        if lost > LOST_SHARE {
+            return format!(
+                "rows are missing so often, {:.0} % of them, that hardly a stretch of the log is whole: log every row",
+                1e2 * lost
+            );
+        }
+        "the axis never moves one way for long enough: make longer strokes at several speeds"
+            .to_owned()
+    })?;
     let mut others = vec![Other::Windows, Other::Rows, Other::Turns];
     if log.load.is_empty() {
         others.push(Other::Driven);

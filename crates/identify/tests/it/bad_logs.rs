@@ -245,3 +245,27 @@ fn a_gap_below_the_noise_is_fitted_but_not_believed() {
     let fit = fit_backlash(&rigid.run(2.0), &rigid.settings()).unwrap();
     assert!(fit.half_gap_rad < 1e-6, "{}", fit.half_gap_rad);
 }
+
+/// Every seventh row is missing: it is said, not that the axis should move otherwise.
+#[test]
+fn rows_that_are_missing_everywhere_are_named() {
+    let axis = crate::rig::ballscrew::BallScrew::random(94_500);
+    let whole = axis.record();
+    let some = |column: &[f64]| -> Vec<f64> {
+        let rows = column.iter().enumerate();
+        rows.filter(|(row, _)| row % 7 != 3)
+            .map(|(_, value)| *value)
+            .collect()
+    };
+    let rows = crate::rig::ballscrew::Rows {
+        time_s: some(&whole.time_s),
+        motor_mm: some(&whole.motor_mm),
+        load_mm: some(&whole.load_mm),
+        current_a: some(&whole.current_a),
+    };
+    let error = fit_backlash(&axis.log(&rows).unwrap(), &axis.settings()).unwrap_err();
+    assert!(
+        matches!(error, FitError::NotExcited(NotExcited::RowsLost { percent }) if (percent - 14.3).abs() < 1.0),
+        "{error}"
+    );
+}
