@@ -23,6 +23,11 @@ const SETTLES_WINDOWS: usize = 4;
 /// Part of the deceleration that friction holds from which on the load may be loose: part of the
 /// friction belongs to the motor, and the wind-up shrinks. A choice.
 const HELD_PART: f64 = 0.5;
+/// Part of the top acceleration that the motor may slow down with where nobody knows the friction. A choice:
+/// above what noise makes of a steady speed.
+const UNKNOWN_SHARE: f64 = 0.05;
+/// Deceleration that any friction holds, m/s^2 or rad/s^2. A choice: two thousandths of the weight.
+const ANY_HOLDS: f64 = 0.02;
 /// Part of the top acceleration with which the motor has to speed up to have caught a loose load. A
 /// choice: above what noise makes of a steady speed.
 const CATCHES_SHARE: f64 = 0.1;
@@ -71,8 +76,8 @@ pub struct LostMotion {
 
 /// Fits how position is lost after the load's reversals.
 ///
-/// `body` tells the friction that keeps the load on its flank while the motor slows down; without it
-/// all that the log holds counts.
+/// `body` tells the friction that keeps the load on its flank while the motor slows down; without it only
+/// rows count in which the motor speeds up or keeps its speed.
 ///
 /// # Errors
 /// What is missing: no load's position, no reversal, a load that does not move beyond its noise.
@@ -194,18 +199,20 @@ fn crossing(log: &BodyLog, motion: &Motion) -> Vec<bool> {
 
 /// Samples at which the load may be off the flank that drives it: from where the motor slows down faster
 /// than friction stops the load, over the rest behind it, until the motor has caught it again.
-fn loose(log: &BodyLog, motion: &Motion, holds: f64, crossing: &[bool]) -> Vec<bool> {
+fn loose(log: &BodyLog, motion: &Motion, holds: Option<f64>, crossing: &[bool]) -> Vec<bool> {
     let rates = Rates::new(&log.motor, motion.half, log.period_s);
     let catches = CATCHES_SHARE * motion.top_acceleration;
     let settles = SETTLES_WINDOWS * motion.half;
     let mut loose = vec![false; log.len()];
+    let unknown = (UNKNOWN_SHARE * motion.top_acceleration).max(ANY_HOLDS);
+    let held = holds.map_or(unknown, |holds| HELD_PART * holds);
     // Samples for which the motor has pressed again; none while the load is where it should be.
     let mut pressed: Option<usize> = None;
     for at in motion.half..log.len().saturating_sub(motion.half) {
         let (speed, acceleration) = (rates.velocity(at), rates.acceleration(at));
         let along = acceleration * speed.signum();
         if speed.abs() > motion.rest_speed {
-            if along < -HELD_PART * holds {
+            if along < -held {
                 pressed = Some(0);
             } else if let Some(count) = &mut pressed {
                 // It catches the load by speeding up, and keeps it.
@@ -295,7 +302,7 @@ impl Rows<'_> {
         Rows {
             log,
             followed: Followed::of(&log.load, band),
-            loose: holds.map_or_else(Vec::new, |holds| loose(log, &motion, holds, &crossing)),
+            loose: loose(log, &motion, holds, &crossing),
             crossing,
         }
     }
@@ -336,7 +343,7 @@ impl Rows<'_> {
             if side == 0.0
                 || since > within
                 || self.followed.unsure[at]
-                || self.loose.get(at).is_some_and(|loose| *loose)
+                || self.loose[at]
                 || (self.crossing[at] && !begins)
                 || self.log.touches_lost(at..=at)
             {
