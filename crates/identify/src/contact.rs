@@ -265,6 +265,7 @@ mod tests {
         torques
             .iter()
             .map(|&torque_nm| WindowSample {
+                position_rad: 0.0,
                 difference_rad: torque_nm.signum(),
                 rate_rad_s: 0.0,
                 acceleration_rad_s2: 0.0,

@@ -242,6 +242,7 @@ mod tests {
             .map(|_| {
                 let difference_rad = 0.3 + random.between(-2.0, 2.0);
                 WindowSample {
+                    position_rad: 0.0,
                     difference_rad,
                     rate_rad_s: 0.0,
                     acceleration_rad_s2: 0.0,

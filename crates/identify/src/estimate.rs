@@ -35,8 +35,11 @@ pub(crate) const DAMPING: usize = 3;
 pub(crate) const INERTIA: usize = 4;
 pub(crate) const VISCOUS: usize = 5;
 pub(crate) const COULOMB: usize = 6;
+/// What is left where the load was put right.
+pub(crate) const PLACE: usize = 7;
+pub(crate) const SPEED: usize = 8;
 /// Number of coefficients.
-pub(crate) const COEFFICIENTS: usize = 7;
+pub(crate) const COEFFICIENTS: usize = 9;
 
 /// Inputs of an estimate.
 pub(crate) struct EstimateJob<'a> {
@@ -84,6 +87,8 @@ impl EstimateJob<'_> {
                         -window.acceleration_rad_s2,
                         -window.velocity_rad_s,
                         -window.velocity_rad_s.signum(),
+                        window.position_rad,
+                        window.velocity_rad_s,
                     ];
                     columns.map(|column| all[column])
                 })
@@ -174,17 +179,11 @@ impl EstimateJob<'_> {
             needed: self.contact.traversals + 1,
         };
         // What is not fitted is known or zero; the fitted ones then take their places.
-        let mut coefficients = [
-            0.0,
-            0.0,
-            self.settings
-                .stiffness_nm_per_rad
-                .map_or(0.0, |stiffness| 1.0 / stiffness),
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        ];
+        let mut coefficients = [0.0; COEFFICIENTS];
+        coefficients[COMPLIANCE] = self
+            .settings
+            .stiffness_nm_per_rad
+            .map_or(0.0, |stiffness| 1.0 / stiffness);
         columns
             .iter()
             .zip(x)

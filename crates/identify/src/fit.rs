@@ -5,8 +5,8 @@ use crate::{
     deadzone::MotorGuess,
     error::{FitError, NotExcited, SolverStatus},
     estimate::{
-        COMPLIANCE, COULOMB, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET,
-        RESOLUTION_SHARE, VISCOUS,
+        COMPLIANCE, COULOMB, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, PLACE,
+        RESOLUTION_SHARE, SPEED, VISCOUS,
     },
     instruments::{self, Exact},
     jitter,
@@ -85,6 +85,8 @@ pub fn fit_backlash_with(
 ) -> Result<BacklashFit, FitError> {
     settings.check()?;
     plausible::check(log, settings, true)?;
+    // A scale that is a little longer, or read a little later, would pass for gap and wind-up.
+    let log = &log.put_right();
     // Rows beside their times make the acceleration noisy, and long windows less so.
     let jitter_s = jitter::jitter_s(log);
     let half_window_s = jitter::half_window_s(log, jitter_s, settings.half_window_s);
@@ -216,8 +218,6 @@ fn fit_at(
             needed: half.saturating_mul(4).saturating_add(1),
         });
     }
-    // Windows in firm contact; a log that shows too few of them is refused here.
-    let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
     // Windows with a missing row are left out.
     if WHOLE_SHARE * windows.len() as f64
         > windows.iter().filter(|window| window.whole).count() as f64
@@ -225,6 +225,8 @@ fn fit_at(
         let percent = 1e2 * log.lost_share();
         return Err(NotExcited::RowsLost { percent }.into());
     }
+    // Windows in firm contact; a log that shows too few of them is refused here.
+    let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
     let exact = match (settings.motor_friction_known, settings.motor_inertia_kgm2) {
         (false, _) => Exact::Motion,
         (true, None) => Exact::Acceleration,
@@ -233,7 +235,8 @@ fn fit_at(
     // Of an unknown motor more is to be told than the rounding of slow strokes hides.
     let finely =
         exact == Exact::Motion || instruments::rounds_finely(&contact, log.resolution_rad());
-    let (contact, strength) = instruments::tell(contact, &windows, exact, finely);
+    let (contact, strength) =
+        instruments::tell(contact, &windows, exact, finely, log.load_off().is_some());
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
         // Where the motor is unknown its columns hold whatever torque the instruments do not tell.
@@ -259,8 +262,19 @@ fn fit_at(
         .filter(|(_, wanted)| *wanted)
         .map(|(column, _)| column)
         .collect();
+    // What is left of a load that was put right is found along with the gap, and belongs to its interval.
+    let is_put_right = log.load_off().is_some();
     // The number of columns is part of the regression's type.
     let estimate = match *optional.as_slice() {
+        _ if exact == Exact::Motion && is_put_right => job.estimate([
+            GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, VISCOUS, COULOMB, PLACE,
+        ])?,
+        [] if is_put_right => job.estimate([GAP, OFFSET, PLACE, SPEED])?,
+        [a] if is_put_right => job.estimate([GAP, OFFSET, a, PLACE, SPEED])?,
+        [a, b] if is_put_right => job.estimate([GAP, OFFSET, a, b, PLACE, SPEED])?,
+        _ if is_put_right => {
+            job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, PLACE, SPEED])?
+        }
         _ if exact == Exact::Motion => {
             job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, VISCOUS, COULOMB])?
         }
@@ -407,6 +421,7 @@ impl Estimate {
             excited: reason.is_none(),
             reason,
             load: None,
+            load_off: log.load_off().copied(),
             solver: self.solver,
         }
     }

@@ -58,7 +58,8 @@ const TORQUE: usize = 5;
 const TORQUE_CHANGE: usize = 6;
 const DIFFERENCE_CHANGE: usize = 7;
 const DIFFERENCE: usize = 8;
-const COLUMNS: usize = 9;
+const PLACE: usize = 9;
+const COLUMNS: usize = 10;
 /// The instruments; the last one only where rounding is fine.
 const INSTRUMENTS: [usize; 4] = [TORQUE, TORQUE_CHANGE, DIFFERENCE_CHANGE, DIFFERENCE];
 
@@ -70,6 +71,7 @@ pub(crate) fn tell(
     windows: &[WindowSample],
     exact: Exact,
     finely: bool,
+    is_put_right: bool,
 ) -> (Contact, f64) {
     let mut rows = Vec::with_capacity(contact.samples.len());
     let sides = &contact.sides;
@@ -87,6 +89,7 @@ pub(crate) fn tell(
                 torque_change,
                 change,
                 mean,
+                motor.position_rad,
             ]
         }));
         told.is_some()
@@ -97,11 +100,15 @@ pub(crate) fn tell(
     };
     // An acceleration that is no column of the fit would be no instrument either: its own noise (an
     // unsteady sampling time) is part of the torque's.
-    let strength = match exact {
-        Exact::Sides => stage.tell([SIDE, OFFSET], finely),
-        Exact::Acceleration => stage.tell([SIDE, OFFSET, ACCELERATION], finely),
-        Exact::Motion => stage.tell([SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION], finely),
+    let exact: &[usize] = match (exact, is_put_right) {
+        (Exact::Sides, false) => &[SIDE, OFFSET],
+        (Exact::Sides, true) => &[SIDE, OFFSET, PLACE, VELOCITY],
+        (Exact::Acceleration, false) => &[SIDE, OFFSET, ACCELERATION],
+        (Exact::Acceleration, true) => &[SIDE, OFFSET, ACCELERATION, PLACE, VELOCITY],
+        (Exact::Motion, false) => &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION],
+        (Exact::Motion, true) => &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION, PLACE],
     };
+    let strength = stage.tell(exact, finely);
     (contact, strength)
 }
 
@@ -131,10 +138,10 @@ struct Stage<'a> {
 impl Stage<'_> {
     /// Torque and rate as exact columns and instruments tell them; returns the instruments' F
     /// statistic for the torque, how far they tell more of it than the exact columns alone.
-    fn tell<const E: usize>(&mut self, exact: [usize; E], finely: bool) -> f64 {
+    fn tell(&mut self, exact: &[usize], finely: bool) -> f64 {
         let instruments = &INSTRUMENTS[..if finely { 4 } else { 3 }];
-        let alone = self.left(&exact, |window| window.torque_nm);
-        let columns = [&exact[..], instruments].concat();
+        let alone = self.left(exact, |window| window.torque_nm);
+        let columns = [exact, instruments].concat();
         let torques = self.left(&columns, |window| window.torque_nm);
         let rates = self.left(&columns, |window| window.rate_rad_s);
         let square = |left: &[f64]| left.iter().map(|value| value * value).sum::<f64>();
@@ -153,10 +160,12 @@ impl Stage<'_> {
         match *columns {
             [a, b] => self.left_by([a, b], measured),
             [a, b, c] => self.left_by([a, b, c], measured),
+            [a, b, c, d] => self.left_by([a, b, c, d], measured),
             [a, b, c, d, e] => self.left_by([a, b, c, d, e], measured),
             [a, b, c, d, e, f] => self.left_by([a, b, c, d, e, f], measured),
             [a, b, c, d, e, f, g] => self.left_by([a, b, c, d, e, f, g], measured),
             [a, b, c, d, e, f, g, h] => self.left_by([a, b, c, d, e, f, g, h], measured),
+            [a, b, c, d, e, f, g, h, i] => self.left_by([a, b, c, d, e, f, g, h, i], measured),
             _ => self.left_by(std::array::from_fn::<_, COLUMNS, _>(|at| at), measured),
         }
     }

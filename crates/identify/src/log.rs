@@ -2,7 +2,11 @@
 
 use lostmotion_drive::AxisSample;
 
-use crate::{error::FitError, even::EvenGrid};
+use crate::{
+    body::{LoadOff, Motion, load_off::Pair},
+    error::FitError,
+    even::EvenGrid,
+};
 
 /// Motor position, load position and current of one axis, sampled together at a fixed period.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +19,8 @@ pub struct BacklashLog {
     lost: Vec<bool>,
     /// Smallest step that the motor's and the load's position makes, rad.
     steps_rad: [f64; 2],
+    /// How the load was off the motor, where that was taken off.
+    load_off: Option<LoadOff>,
 }
 
 impl BacklashLog {
@@ -69,6 +75,7 @@ impl BacklashLog {
             current,
             lost: Vec::new(),
             steps_rad,
+            load_off: None,
         })
     }
 
@@ -153,6 +160,27 @@ impl BacklashLog {
         self.lost
             .get(samples)
             .is_some_and(|range| range.contains(&true))
+    }
+
+    /// The same with the load put right where its lengths or its clock are certainly not the motor's.
+    pub(crate) fn put_right(&self) -> Self {
+        let pair = Pair {
+            period_s: self.period_s,
+            motor: &self.motor,
+            load: &self.load,
+            drive: &self.current,
+            lost: &self.lost,
+        };
+        let mut log = self.clone();
+        if let Some(right) = pair.put_right(&Motion::in_positions(&self.motor, self.period_s)) {
+            (log.load, log.lost, log.load_off) = (right.load, right.lost, Some(right.off));
+        }
+        log
+    }
+
+    /// How the load was off the motor; `None` where nothing was taken off.
+    pub(crate) fn load_off(&self) -> Option<&LoadOff> {
+        self.load_off.as_ref()
     }
 
     /// Share of the samples that stand for rows that were lost.

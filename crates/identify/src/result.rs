@@ -3,6 +3,7 @@
 use lostmotion_drive::config::Gap;
 use serde::{Deserialize, Serialize};
 
+use crate::body::LoadOff;
 use crate::error::{NotExcited, SolverStatus};
 
 /// Half gap, compliance and offset of an axis, with their uncertainty. Motor side:
@@ -86,6 +87,9 @@ pub struct BacklashFit {
     /// The load, where it had to be found along with the gap: in a fit from the motor alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FittedLoad>,
+    /// How the load's scale was off the motor's, which was taken off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_off: Option<LoadOff>,
     /// How the problem was solved.
     pub solver: SolverReport,
 }

@@ -18,6 +18,8 @@ const LEAST_MOVE_STEPS: f64 = 1.5;
 /// Averages over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowSample {
+    /// Mean motor position against the log's first, rad.
+    pub position_rad: f64,
     /// Mean of `theta_M - theta_L`, rad.
     pub difference_rad: f64,
     /// Mean rate of `theta_M - theta_L`, rad/s.
@@ -73,11 +75,14 @@ fn average(
     let current = &log.current()[start..=start + 2 * half];
     // Sums over the triangle, and over its derivative: the trapezoid rule of two plain means.
     let (mut difference, mut torque_current, mut swing, mut slip) = (0.0, 0.0, 0.0, 0.0);
+    let mut place = 0.0;
+    let base = log.motor()[0];
     let (middle, between) = (motor[half], motor[half] - load[half]);
     for k in 0..=2 * half {
         let offset = half.abs_diff(k);
         let weight = (half - offset) as f64;
         difference += weight * (motor[k] - load[k]);
+        place += weight * (motor[k] - base);
         torque_current += weight * current[k];
         // trapezoid rule over each half; the middle sample falls out
         let trapezoid = if offset == half { 0.5 } else { 1.0 };
@@ -104,6 +109,7 @@ fn average(
     WindowSample {
         one_way,
         whole: !log.touches_lost(start..=start + 2 * half),
+        position_rad: place / area,
         difference_rad: difference / area,
         rate_rad_s: slip / (area * log.period_s()),
         acceleration_rad_s2: acceleration,

@@ -83,6 +83,10 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         )
     })?;
     let mut text = scales.motion(&motion, &body_log);
+    let body_log = body_log.put_right(&motion);
+    if let Some(off) = body_log.load_off() {
+        text += &scales.load_off(off);
+    }
     let mut untold: Vec<String> = Vec::new();
     let mut findings: Vec<Finding> = Vec::new();
     let body = fit_body(&body_log, &motion);

@@ -1,7 +1,9 @@
 //! A log's units in those of the fits and of people, and what was found in words.
 
 use lostmotion::drive::config::AxisUnit;
-use lostmotion::identify::body::{BodyLog, Figure, LostMotion, Motion, RigidBody, ServoGains};
+use lostmotion::identify::body::{
+    BodyLog, Figure, LoadOff, LostMotion, Motion, RigidBody, ServoGains,
+};
 use lostmotion::identify::{BacklashFit, FitError};
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
@@ -120,6 +122,39 @@ impl Scales {
             figures(motion.top_acceleration / self.base),
             u = self.unit.symbol(),
         )
+    }
+
+    /// How the load's scale was off the motor's.
+    pub(super) fn load_off(&self, off: &LoadOff) -> String {
+        let mut text = String::new();
+        let taken_off = |value: f64, interval: [f64; 2], unit: &str, more: [&str; 2]| {
+            let way = if value < 0.0 { more[1] } else { more[0] };
+            let mut ends = interval.map(|end| end * value.signum());
+            ends.sort_by(f64::total_cmp);
+            let [low, high] = ends.map(figures);
+            let size = figures(value.abs());
+            format!(
+                "{size} {unit} {way} than the motor's (95 %: {low} to {high}); it is taken off\n"
+            )
+        };
+        if off.scale != 0.0 {
+            let unit = if self.unit == AxisUnit::Mm {
+                "um/m"
+            } else {
+                "ppm"
+            };
+            let interval = off.scale_interval.map(|end| 1e6 * end);
+            let more = ["more", "less"];
+            text += "the load's position reads ";
+            text += &taken_off(1e6 * off.scale, interval, unit, more);
+        }
+        if off.late_s != 0.0 {
+            let interval = off.late_interval_s.map(|end| 1e3 * end);
+            let more = ["later", "earlier"];
+            text += "the load's position is read ";
+            text += &taken_off(1e3 * off.late_s, interval, "ms", more);
+        }
+        text
     }
 
     /// How position is lost after a reversal.

@@ -1,8 +1,8 @@
 //! All that a log tells of an axis as one body, each part with why it is not told where it is not.
 
 use super::{
-    BodyLog, LostMotion, Motion, RigidBody, ServoGains, fit_body, fit_lost_motion, fit_servo,
-    times_go_with,
+    BodyLog, LoadOff, LostMotion, Motion, RigidBody, ServoGains, fit_body, fit_lost_motion,
+    fit_servo, times_go_with,
 };
 use crate::error::FitError;
 use lostmotion_base::units;
@@ -37,6 +37,9 @@ pub struct Identified {
     pub strokes: usize,
     /// Reversals of the motion.
     pub reversals: usize,
+    /// How the load's scale was off the motor's, which was taken off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_off: Option<LoadOff>,
     /// How position is lost after a reversal.
     pub lost_motion: Option<LostMotion>,
     /// Inertia and friction.
@@ -70,6 +73,7 @@ impl Identified {
         )?;
         let motion = Motion::of(&log);
         times_go_with(&log, &motion)?;
+        let log = log.put_right(&motion);
         let mut untold = Vec::new();
         let mut kept = |what: &str, why: String| untold.push(format!("{what}: {why}"));
         let body = fit_body(&log, &motion)
@@ -94,6 +98,7 @@ impl Identified {
             period_s: log.period_s,
             strokes: motion.strokes.len(),
             reversals: motion.reversals,
+            load_off: log.load_off().copied(),
             lost_motion,
             body,
             servo,

@@ -51,7 +51,10 @@ const OFFSET: usize = 0;
 const STEP: usize = 1;
 const ALONG: usize = 2;
 const START: usize = 3;
-const COEFFICIENTS: usize = 4;
+/// Where the load was put right, what is left of that.
+const PLACE: usize = 4;
+const SPEED: usize = 5;
+const COEFFICIENTS: usize = 6;
 
 /// What is lost after a reversal, at the load.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -201,11 +204,11 @@ fn crossing(log: &BodyLog, motion: &Motion) -> Vec<bool> {
 /// than friction stops the load, over the rest behind it, until the motor has caught it again.
 fn loose(log: &BodyLog, motion: &Motion, holds: Option<f64>, crossing: &[bool]) -> Vec<bool> {
     let rates = Rates::new(&log.motor, motion.half, log.period_s);
+    let unknown = (UNKNOWN_SHARE * motion.top_acceleration).max(ANY_HOLDS);
+    let held = holds.map_or(unknown, |holds| HELD_PART * holds);
     let catches = CATCHES_SHARE * motion.top_acceleration;
     let settles = SETTLES_WINDOWS * motion.half;
     let mut loose = vec![false; log.len()];
-    let unknown = (UNKNOWN_SHARE * motion.top_acceleration).max(ANY_HOLDS);
-    let held = holds.map_or(unknown, |holds| HELD_PART * holds);
     // Samples for which the motor has pressed again; none while the load is where it should be.
     let mut pressed: Option<usize> = None;
     for at in motion.half..log.len().saturating_sub(motion.half) {
@@ -290,6 +293,9 @@ impl Followed {
 /// What a log tells of the load's reversals.
 struct Rows<'a> {
     log: &'a BodyLog,
+    /// Velocities of the motor, where the load was put right.
+    rates: Option<Rates<'a>>,
+    half: usize,
     followed: Followed,
     crossing: Vec<bool>,
     loose: Vec<bool>,
@@ -301,6 +307,10 @@ impl Rows<'_> {
         let crossing = crossing(log, &motion);
         Rows {
             log,
+            rates: log
+                .load_off()
+                .map(|_| Rates::new(&log.motor, motion.half, log.period_s)),
+            half: motion.half,
             followed: Followed::of(&log.load, band),
             loose: loose(log, &motion, holds, &crossing),
             crossing,
@@ -354,12 +364,20 @@ impl Rows<'_> {
             if start > FADED && !told {
                 continue;
             }
-            let row = [1.0, 0.5 * side, 0.5 * state, start];
+            let speed = match &self.rates {
+                Some(_) if at < self.half || at + self.half >= self.log.len() => continue,
+                Some(rates) => rates.velocity(at),
+                None => 0.0,
+            };
+            let moved = self.log.motor[at] - self.log.motor[0];
+            let row = [1.0, 0.5 * side, 0.5 * state, start, moved, speed];
             squares.add(at, row, self.log.motor[at] - self.log.load[at]);
         }
         let mut used = [true; COEFFICIENTS];
         used[ALONG] = along;
         used[START] = along && told;
+        used[PLACE] = self.log.load_off().is_some_and(|off| off.scale != 0.0);
+        used[SPEED] = self.log.load_off().is_some_and(|off| off.late_s != 0.0);
         debug_assert!(used[OFFSET]);
         squares.solve(&used)
     }

@@ -15,6 +15,7 @@
 //! log.
 
 mod identified;
+pub(crate) mod load_off;
 pub mod lost;
 pub mod motion;
 pub mod replay;
@@ -25,6 +26,7 @@ mod times;
 mod windows;
 
 pub use identified::{BodyRows, Identified};
+pub use load_off::LoadOff;
 pub use lost::{LostMotion, fit_lost_motion};
 pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};
@@ -103,6 +105,8 @@ pub struct BodyLog {
     pub drive: Vec<f64>,
     /// Samples in the place of missing rows; empty for a whole log.
     lost: Vec<bool>,
+    /// How the load was off the motor, where that was taken off.
+    load_off: Option<LoadOff>,
 }
 
 impl BodyLog {
@@ -139,6 +143,7 @@ impl BodyLog {
                 command,
                 drive,
                 lost: Vec::new(),
+                load_off: None,
             });
         }
         let smooth = |column: &[f64]| {
@@ -159,13 +164,44 @@ impl BodyLog {
             },
             period_s: grid.period_s,
             lost: grid.lost,
+            load_off: None,
         })
+    }
+
+    /// The same with the load put right where its lengths or its clock are certainly not the motor's: see
+    /// [`Self::load_off`].
+    #[must_use]
+    pub fn put_right(mut self, motion: &Motion) -> BodyLog {
+        if self.load.is_empty() {
+            return self;
+        }
+        let pair = load_off::Pair {
+            period_s: self.period_s,
+            motor: &self.motor,
+            load: &self.load,
+            drive: &self.drive,
+            lost: &self.lost,
+        };
+        if let Some(right) = pair.put_right(motion) {
+            (self.load, self.lost, self.load_off) = (right.load, right.lost, Some(right.off));
+        }
+        self
+    }
+
+    /// How the load was off the motor; `None` where nothing was taken off.
+    pub fn load_off(&self) -> Option<&LoadOff> {
+        self.load_off.as_ref()
     }
 
     /// Samples in the log.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
         self.motor.len()
+    }
+
+    /// Share of the samples that stand for rows that were lost.
+    fn lost_share(&self) -> f64 {
+        self.lost.iter().filter(|lost| **lost).count() as f64 / self.len().max(1) as f64
     }
 
     /// Whether any sample of a range stands for a row that was lost.
@@ -199,11 +235,6 @@ struct Averages {
     half: usize,
     /// Sums of the column up to each sample, and sums of those.
     twice: Vec<f64>,
-    /// Share of the samples that stand for rows that were lost.
-    fn lost_share(&self) -> f64 {
-        self.lost.iter().filter(|lost| **lost).count() as f64 / self.len().max(1) as f64
-    }
-
     /// The first value, which is taken off before summing: large places would lose digits.
     base: f64,
 }

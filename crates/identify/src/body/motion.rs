@@ -54,16 +54,21 @@ pub struct Motion {
 impl Motion {
     /// Finds strokes, reversals and rests in the motor's position.
     pub fn of(log: &BodyLog) -> Motion {
-        let noise = noise_of(&log.motor);
-        let longest = ((MAX_HALF_WINDOW_S / log.period_s) as usize).max(MIN_HALF);
-        let mut half = ((HALF_WINDOW_S / log.period_s).round() as usize).max(MIN_HALF);
+        Motion::in_positions(&log.motor, log.period_s)
+    }
+
+    /// The same in positions alone, at even times.
+    pub(crate) fn in_positions(motor: &[f64], period_s: f64) -> Motion {
+        let noise = noise_of(motor);
+        let longest = ((MAX_HALF_WINDOW_S / period_s) as usize).max(MIN_HALF);
+        let mut half = ((HALF_WINDOW_S / period_s).round() as usize).max(MIN_HALF);
         // The window grows until the encoder's noise no longer counts in the accelerations.
         loop {
-            let rates = Rates::new(&log.motor, half, log.period_s);
+            let rates = Rates::new(motor, half, period_s);
             let span = rates.span_s() * rates.span_s();
             let mut square = 0.0;
             let mut count = 0.0;
-            for at in (half..log.len().saturating_sub(half)).step_by(half) {
+            for at in (half..motor.len().saturating_sub(half)).step_by(half) {
                 let acceleration = rates.acceleration(at);
                 square += acceleration * acceleration;
                 count += 1.0;
@@ -75,8 +80,8 @@ impl Motion {
             }
             half = half * 3 / 2;
         }
-        let rates = Rates::new(&log.motor, half, log.period_s);
-        let places = half..log.len().saturating_sub(half);
+        let rates = Rates::new(motor, half, period_s);
+        let places = half..motor.len().saturating_sub(half);
         let velocity: Vec<f64> = places.clone().map(|at| rates.velocity(at)).collect();
         let top = |values: &mut dyn Iterator<Item = f64>| {
             values.fold(0.0, |top: f64, value| top.max(value.abs()))
@@ -96,7 +101,7 @@ impl Motion {
             rests: 0,
             noise,
         };
-        motion.strokes(&velocity, log.period_s);
+        motion.strokes(&velocity, period_s);
         motion
     }
 

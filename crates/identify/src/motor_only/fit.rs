@@ -413,6 +413,7 @@ impl MotorOnlyJob<'_> {
             excited: reason.is_none(),
             reason,
             load: Some(load),
+            load_off: None,
             solver: solved.report.clone(),
         })
     }

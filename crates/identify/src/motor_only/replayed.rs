@@ -207,6 +207,7 @@ pub(super) fn replayed(
         excited: reason.is_none(),
         reason,
         load: Some(load_of(&found.x)),
+        load_off: None,
         solver: SolverReport {
             name: "Levenberg-Marquardt".to_owned(),
             status: if found.settled {

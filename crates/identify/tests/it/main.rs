@@ -6,6 +6,7 @@ mod bad_logs;
 mod body;
 mod held_out;
 mod huber;
+mod load_off;
 mod logged;
 mod lost;
 mod motor_only;

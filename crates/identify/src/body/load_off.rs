@@ -1,0 +1,297 @@
+//! What the load's scale says beside the motor whatever the shaft does: lengths that differ a little
+//! from the motor's (pitch of the screw, warmth, the scale's own error), and a reading that comes later
+//! or earlier than the motor's.
+//!
+//! Both would be taken for gap and wind-up, since an axis slows down at the ends of its strokes and is
+//! fast in one direction at a time. They are told while the motor drives the load on one flank:
+//!
+//! ```text
+//! motor - load = of this stretch - scale x + late v + compliance drive
+//! ```
+
+use super::squares::Squares;
+use super::{Averages, Motion, Rates};
+use lostmotion_base::math::quantile;
+use serde::{Deserialize, Serialize};
+
+/// Half windows for which the motor has to have driven the load in a stretch until its rows count. A
+/// choice: behind a reversal the shaft winds up and the load bounces.
+const SETTLES_WINDOWS: usize = 4;
+/// Fewest rows of a stretch that counts.
+const MIN_ROWS: usize = 4;
+/// Part of the top acceleration that the motor may slow down with while it drives the load. A choice.
+const DRIVES_SHARE: f64 = 0.02;
+/// Part of the motor's speed that the load's may be off by while it follows. A choice.
+const FOLLOWS_SHARE: f64 = 0.2;
+/// Scatter of the speed within the stretches, in parts of the speed, from which on lateness is told. A choice:
+/// at one speed it is the same as a gap, and what is left of settling would pass for it.
+const VARIES_SHARE: f64 = 0.06;
+/// Part of a column that the others have to leave for its coefficient to be told. A choice: in a motion of
+/// one frequency place and acceleration are the same.
+const ALONE_SHARE: f64 = 0.1;
+/// Half intervals that a value has to be off zero by. A choice: nothing is taken off by chance.
+const CERTAINLY: f64 = 2.0;
+/// What it makes of the difference of motor and load, in parts of that difference's span, from which on it
+/// matters. A choice.
+const MATTERS_SHARE: f64 = 0.02;
+/// Least lateness that is told, s. A choice: a row of an ordinary log is twice that.
+const LEAST_LATE_S: f64 = 400e-6;
+/// How far lateness may be off beside its scatter, s: viscous friction winds up the softest shafts as if the load
+/// were so late.
+const WIND_UP_S: f64 = 250e-6;
+/// Rounds: what is found is taken off, and what is left is found.
+const ROUNDS: usize = 3;
+
+const PLACE: usize = 0;
+const SPEED: usize = 1;
+const DRIVE: usize = 2;
+const COLUMNS: usize = 3;
+
+/// How a load's scale is off the motor's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LoadOff {
+    /// How much more than the motor it reads, in parts of the travel; zero where it is not told.
+    pub scale: f64,
+    /// 95 % interval.
+    pub scale_interval: [f64; 2],
+    /// How much later than the motor it is read, s; zero where it is not told.
+    pub late_s: f64,
+    /// 95 % interval.
+    pub late_interval_s: [f64; 2],
+}
+
+/// Columns at even times in which the load is looked at.
+pub(crate) struct Pair<'a> {
+    pub(crate) period_s: f64,
+    pub(crate) motor: &'a [f64],
+    pub(crate) load: &'a [f64],
+    /// Empty where it was not logged.
+    pub(crate) drive: &'a [f64],
+    /// Samples in the place of missing rows; empty for a whole log.
+    pub(crate) lost: &'a [bool],
+}
+
+/// A load that has been put right.
+pub(crate) struct PutRight {
+    pub(crate) off: LoadOff,
+    pub(crate) load: Vec<f64>,
+    pub(crate) lost: Vec<bool>,
+}
+
+impl Pair<'_> {
+    /// Finds how the load is off and takes it off; `None` where it certainly is not, or it cannot be told.
+    pub(crate) fn put_right(&self, motion: &Motion) -> Option<PutRight> {
+        let mut off = LoadOff::default();
+        let mut right: Option<PutRight> = None;
+        for _ in 0..ROUNDS {
+            let found = match &right {
+                None => self.find(motion),
+                Some(before) => Pair {
+                    load: &before.load,
+                    lost: &before.lost,
+                    ..*self
+                }
+                .find(motion),
+            };
+            if found == LoadOff::default() {
+                break;
+            }
+            off = off.and(&found);
+            let (load, lost) = self.without(&off);
+            right = Some(PutRight { off, load, lost });
+        }
+        right
+    }
+
+    fn find(&self, motion: &Motion) -> LoadOff {
+        let none = LoadOff::default();
+        let difference: Vec<f64> = self
+            .motor
+            .iter()
+            .zip(self.load)
+            .map(|(m, l)| m - l)
+            .collect();
+        let stretches = self.stretches(motion, &difference);
+        let mut squares = Squares::<COLUMNS>::new(self.motor.len());
+        let mut sums = [[0.0; COLUMNS]; COLUMNS];
+        let (mut count, mut speeds) = (0.0, 0.0);
+        for (at, rows) in &stretches {
+            let size = rows.len() as f64;
+            // Each stretch has its own flank: only what changes within it counts.
+            let mean: [f64; COLUMNS + 1] =
+                std::array::from_fn(|i| rows.iter().map(|row| row[i]).sum::<f64>() / size);
+            for row in rows {
+                let own: [f64; COLUMNS] = std::array::from_fn(|i| row[i] - mean[i]);
+                squares.add(*at, own, row[COLUMNS] - mean[COLUMNS]);
+                for i in 0..COLUMNS {
+                    (0..COLUMNS).for_each(|j| sums[i][j] += own[i] * own[j]);
+                }
+                count += 1.0;
+                speeds += row[SPEED] * row[SPEED];
+            }
+        }
+        if count == 0.0 {
+            return none;
+        }
+        let mut used = [true; COLUMNS];
+        used[DRIVE] = sums[DRIVE][DRIVE] > 0.0;
+        used[SPEED] = sums[SPEED][SPEED] > VARIES_SHARE * VARIES_SHARE * speeds
+            && stands_alone(&sums, SPEED, &used);
+        used[PLACE] = sums[PLACE][PLACE] > 0.0 && stands_alone(&sums, PLACE, &used);
+        let Some(fit) = squares.solve(&used) else {
+            return none;
+        };
+        let span = |values: Vec<f64>| quantile(values.clone(), 0.99) - quantile(values, 0.01);
+        let least = MATTERS_SHARE * span(difference);
+        let is_told = |at: usize, size: f64, floor: f64| {
+            let figure = fit.figures[at];
+            let half = 0.5 * (figure.interval[1] - figure.interval[0]);
+            used[at]
+                && figure.value.abs() > CERTAINLY * half
+                && figure.value.abs() > floor
+                && figure.value.abs() * size > least
+        };
+        let mut off = none;
+        if is_told(PLACE, span(self.motor.to_vec()), 0.0) {
+            let [low, high] = fit.figures[PLACE].interval;
+            (off.scale, off.scale_interval) = (-fit.x[PLACE], [-high, -low]);
+        }
+        if is_told(SPEED, motion.top_speed, LEAST_LATE_S) {
+            let late = fit.figures[SPEED].widened(WIND_UP_S);
+            (off.late_s, off.late_interval_s) = (late.value, late.interval);
+        }
+        off
+    }
+
+    /// Rows of each stretch in which the motor drives the load one way, with its first sample.
+    fn stretches(&self, motion: &Motion, difference: &[f64]) -> Vec<(usize, Vec<[f64; 4]>)> {
+        let half = motion.half;
+        let [motor, load] = [self.motor, self.load].map(|of| Rates::new(of, half, self.period_s));
+        let places = Averages::new(self.motor, half);
+        let apart = Averages::new(difference, half);
+        let drive = (!self.drive.is_empty()).then(|| Averages::new(self.drive, half));
+        let mut stretches: Vec<(usize, Vec<[f64; 4]>)> = Vec::new();
+        let (mut side, mut driven) = (0.0, 0);
+        for at in (half..self.motor.len().saturating_sub(half)).step_by(half) {
+            let (speed, acceleration) = (motor.velocity(at), motor.acceleration(at));
+            let is_whole = self
+                .lost
+                .get(at - half..=at + half)
+                .is_none_or(|lost| !lost.contains(&true));
+            let drives = speed.abs() > motion.rest_speed
+                && acceleration * speed.signum() >= -DRIVES_SHARE * motion.top_acceleration
+                && (load.velocity(at) - speed).abs() < FOLLOWS_SHARE * speed.abs();
+            if !drives || !is_whole || speed * side < 0.0 {
+                (side, driven) = (if drives && is_whole { speed } else { 0.0 }, 0);
+                continue;
+            }
+            side = speed;
+            driven += 1;
+            if driven < SETTLES_WINDOWS {
+                continue;
+            }
+            if driven == SETTLES_WINDOWS {
+                stretches.push((at, Vec::new()));
+            }
+            if let Some((_, rows)) = stretches.last_mut() {
+                let drive = drive.as_ref().map_or(acceleration, |drive| drive.mean(at));
+                rows.push([places.mean(at), speed, drive, apart.mean(at)]);
+            }
+        }
+        // The last row of a stretch already reaches into what ends it.
+        stretches.iter_mut().for_each(|(_, rows)| {
+            rows.pop();
+        });
+        stretches.retain(|(_, rows)| rows.len() >= MIN_ROWS);
+        stretches
+    }
+
+    /// The load as the motor's clock and lengths have it, and the samples that are then lost.
+    fn without(&self, off: &LoadOff) -> (Vec<f64>, Vec<bool>) {
+        let base = self.motor.first().copied().unwrap_or(0.0);
+        let own = |value: f64| base + (value - base) / (1.0 + off.scale);
+        let rows = off.late_s / self.period_s;
+        if rows == 0.0 || self.load.len() < 4 {
+            return (
+                self.load.iter().map(|value| own(*value)).collect(),
+                self.lost.to_vec(),
+            );
+        }
+        let last = self.load.len() - 4;
+        let (mut load, mut lost) = (Vec::new(), Vec::new());
+        for at in 0..self.load.len() {
+            let place = at as f64 + rows;
+            // A float-to-int cast saturates at zero.
+            let first = ((place - 1.0).floor() as usize).min(last);
+            let beyond = place < 0.0 || place > (self.load.len() - 1) as f64;
+            let touched = self
+                .lost
+                .get(first..first + 4)
+                .is_some_and(|lost| lost.contains(&true));
+            lost.push(beyond || touched);
+            let four = &self.load[first..first + 4];
+            load.push(own(cubic(four, (place - first as f64).clamp(0.0, 3.0))));
+        }
+        (load, lost)
+    }
+}
+
+impl LoadOff {
+    /// What is found of a load that has already been put right by this.
+    fn and(&self, more: &LoadOff) -> LoadOff {
+        let add = |value: f64, interval: [f64; 2], by: f64, of: [f64; 2]| {
+            // The last round tells how certain the sum is.
+            if by == 0.0 {
+                (value, interval)
+            } else {
+                (value + by, of.map(|end| end + value))
+            }
+        };
+        let (scale, scale_interval) = add(
+            self.scale,
+            self.scale_interval,
+            more.scale,
+            more.scale_interval,
+        );
+        let (late_s, late_interval_s) = add(
+            self.late_s,
+            self.late_interval_s,
+            more.late_s,
+            more.late_interval_s,
+        );
+        LoadOff {
+            scale,
+            scale_interval,
+            late_s,
+            late_interval_s,
+        }
+    }
+}
+
+/// Lagrange's cubic through four values at 0, 1, 2 and 3.
+fn cubic(values: &[f64], at: f64) -> f64 {
+    let base = values[1];
+    let weight = |i: usize| -> f64 {
+        (0..4)
+            .filter(|j| *j != i)
+            .map(|j| (at - j as f64) / (i as f64 - j as f64))
+            .product()
+    };
+    base + (0..4).map(|i| weight(i) * (values[i] - base)).sum::<f64>()
+}
+
+/// Whether the other columns leave enough of one.
+fn stands_alone(sums: &[[f64; COLUMNS]; COLUMNS], column: usize, used: &[bool; COLUMNS]) -> bool {
+    let others: Vec<usize> = (0..COLUMNS).filter(|&i| i != column && used[i]).collect();
+    let own = sums[column][column];
+    let explained = match *others.as_slice() {
+        [a] => sums[column][a] * sums[column][a] / sums[a][a],
+        [a, b] => {
+            let determinant = sums[a][a] * sums[b][b] - sums[a][b] * sums[a][b];
+            let (p, q) = (sums[column][a], sums[column][b]);
+            (p * p * sums[b][b] - 2.0 * p * q * sums[a][b] + q * q * sums[a][a]) / determinant
+        }
+        _ => 0.0,
+    };
+    own > 0.0 && own - explained > ALONE_SHARE * own
+}
