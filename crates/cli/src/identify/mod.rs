@@ -82,11 +82,8 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
             "say the unit of the times with --column time=NAME,unit=ms (s, ms, us or ns), or the time between rows with --period-ms",
         )
     })?;
-    let mut text = scales.motion(&motion, &body_log);
     let body_log = body_log.put_right(&motion);
-    if let Some(off) = body_log.load_off() {
-        text += &scales.load_off(off);
-    }
+    let mut text = scales.motion(&motion, &body_log);
     let mut untold: Vec<String> = Vec::new();
     let mut findings: Vec<Finding> = Vec::new();
     let body = fit_body(&body_log, &motion);

@@ -111,7 +111,7 @@ impl Scales {
     }
 
     pub(super) fn motion(&self, motion: &Motion, log: &BodyLog) -> String {
-        format!(
+        let text = format!(
             "{} samples every {} ms: {} strokes, {} reversals, {} rests; up to {} {u}/s and {} {u}/s^2\n",
             log.len(),
             figures(1e3 * log.period_s),
@@ -121,11 +121,14 @@ impl Scales {
             figures(motion.top_speed / self.base),
             figures(motion.top_acceleration / self.base),
             u = self.unit.symbol(),
-        )
+        );
+        text + &log
+            .load_off()
+            .map_or(String::new(), |off| self.load_off(off))
     }
 
     /// How the load's scale was off the motor's.
-    pub(super) fn load_off(&self, off: &LoadOff) -> String {
+    fn load_off(&self, off: &LoadOff) -> String {
         let mut text = String::new();
         let taken_off = |value: f64, interval: [f64; 2], unit: &str, more: [&str; 2]| {
             let way = if value < 0.0 { more[1] } else { more[0] };
