@@ -8,6 +8,7 @@
 //! has to wind the motor up ahead of the load.
 
 use crate::{
+    body::MAX_PERIOD_S,
     deadzone::Deadzone,
     error::{Cause, FitError},
     huber::{NormalEquations, Piece, Regression, solve_small},
@@ -22,9 +23,6 @@ const MOST_RATED: f64 = 10.0;
 /// Half-width of the windows here, s. A choice: long, since strokes last tenths of a second and the
 /// current is noisy.
 const HALF_WINDOW_S: f64 = 1e-2;
-/// Longest time between samples of a log of a drive, s. A choice: a stroke's acceleration lasts some
-/// ten times as long.
-pub(crate) const MAX_PERIOD_S: f64 = 2e-2;
 /// How near, as a ratio, the factor of times in a wrong unit has to be for rows that are far apart to be
 /// those of a fast log. A choice: what is averaged over few rows is known to so much.
 const TIME_TOLERANCE: f64 = 30.0;

@@ -32,6 +32,7 @@ pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};
 pub use rigid::{RigidBody, fit_body};
 pub use servo::{ServoGains, fit_servo};
+pub(crate) use times::MAX_PERIOD_S;
 pub use times::times_go_with;
 
 use crate::error::FitError;

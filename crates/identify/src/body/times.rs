@@ -2,7 +2,6 @@
 
 use super::{BodyLog, Motion};
 use crate::error::{Cause, FitError};
-use crate::plausible::MAX_PERIOD_S;
 
 /// Time between samples, s, up to which, and acceleration, m/s2 or rad/s2, from which on times in s are
 /// taken for ms. Choices: no drive samples so fast, and a thousand g break any axis.
@@ -11,6 +10,9 @@ const MOST_ACCELERATION: f64 = 1e4;
 /// Largest acceleration, m/s2 or rad/s2, up to which rows that are far apart are times in ms taken for s. A
 /// choice: ten times what that makes of 1 m/s2; steps of 0.1 mm with a row a second have ten times as much.
 const LEAST_ACCELERATION: f64 = 1e-5;
+/// Longest time between samples of a log of a drive, s. A choice: a stroke's acceleration lasts some
+/// ten times as long.
+pub(crate) const MAX_PERIOD_S: f64 = 2e-2;
 
 /// Parts of a log between which it may bend. A choice: noise of a micrometre is then far below the bound.
 const PARTS: usize = 200;

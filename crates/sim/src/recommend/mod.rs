@@ -20,8 +20,9 @@ use crate::method::Choice;
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::results::{ErrorStats, MethodResult, Run};
+use crate::session::unseen_gaps;
 use crate::simulation::Simulation;
-use lostmotion_base::units::{UM_PER_MM, deg, rad};
+use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};
 use lostmotion_methods::{AxisConfig, MethodId};
 use parameters::{Counting, ToldAxis, gap_of, parameters, step, unknown};
@@ -533,32 +534,8 @@ fn fill_baseline(answer: &mut ControlSettings, machine: &Machine, run: &Run) {
     if let Some(none) = run.first() {
         answer.before = none.cutting;
         answer.within_tolerance = none.within_tolerance;
-        answer.notes.extend(unseen(machine, none));
+        answer.notes.extend(unseen_gaps(machine, none));
     }
-}
-
-/// Radius at which the gap of a rotary axis is told as a length, mm. A choice: of parts on a table.
-const RADIUS_MM: f64 = 50.0;
-
-/// Gaps of rotary axes that a program turns and whose kinematics do not say what they turn: none of
-/// the errors has them.
-fn unseen(machine: &Machine, result: &MethodResult) -> Vec<String> {
-    let kind = machine.kinematics().kind();
-    let turned = result.axes.iter().filter(|axis| {
-        kind == "cartesian"
-            && axis.axis.is_rotary()
-            && axis.gap > 0.0
-            && axis.range[1] > axis.range[0]
-    });
-    turned
-        .map(|axis| {
-            let um = rad(0.5e-3 * axis.gap) * RADIUS_MM * UM_PER_MM;
-            format!(
-                "{}: no contour error here has its gap, since the kinematics ({kind}) do not say what it turns; half its {:.1} mdeg are {um:.1} um at {RADIUS_MM} mm from its centre",
-                axis.axis, axis.gap
-            )
-        })
-        .collect()
 }
 
 /// Why none of the ways to set a control is better than leaving it alone, and the blocks that tell it.

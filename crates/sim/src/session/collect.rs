@@ -17,7 +17,7 @@ use crate::results::{
 };
 use crate::setup::Setup;
 use lostmotion_analysis::{Fault, analyse};
-use lostmotion_base::units::UM_PER_MM;
+use lostmotion_base::units::{UM_PER_MM, rad};
 use lostmotion_base::{AxisId, Clock};
 use lostmotion_drive::AxisOutput;
 use lostmotion_methods::{AxisConfig, Misled};
@@ -52,6 +52,11 @@ pub(crate) fn answer(
     let recommended = recommend(&mut results, choices, refused, tolerance_um);
     note_side(&mut results, recommended.as_deref());
     note_harm(&mut results);
+    // Once: it holds for every method.
+    if let Some(first) = results.first_mut() {
+        let unseen = unseen_gaps(setup.machine, first);
+        first.notes.extend(unseen);
+    }
     let mut program = checked.program;
     let PlanInfo {
         bow,
@@ -142,6 +147,30 @@ fn method_result(
     // Last: the notes quote figures of the result itself.
     result.notes = notes(&result, servo, recorder.cutting.not_finite());
     result
+}
+
+/// Radius at which the gap of a rotary axis is told as a length, mm. A choice: of parts on a table.
+const RADIUS_MM: f64 = 50.0;
+
+/// Gaps of rotary axes that a program turns and whose kinematics do not say what they turn: none of
+/// the errors has them.
+pub(crate) fn unseen_gaps(machine: &Machine, result: &MethodResult) -> Vec<String> {
+    let kind = machine.kinematics().kind();
+    let turned = result.axes.iter().filter(|axis| {
+        kind == "cartesian"
+            && axis.axis.is_rotary()
+            && axis.gap > 0.0
+            && axis.range[1] > axis.range[0]
+    });
+    turned
+        .map(|axis| {
+            let um = rad(0.5e-3 * axis.gap) * RADIUS_MM * UM_PER_MM;
+            format!(
+                "{}: no contour error has its gap, since the kinematics ({kind}) do not say what it turns; half its {:.1} mdeg are {um:.1} um at {RADIUS_MM} mm from its centre",
+                axis.axis, axis.gap
+            )
+        })
+        .collect()
 }
 
 /// The worst blocks: of cutting moves; of rapids only where nothing is cut.

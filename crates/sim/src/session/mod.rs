@@ -37,6 +37,7 @@ mod stepper;
 mod variant;
 
 pub use bank::SETTLE_S;
+pub(crate) use collect::unseen_gaps;
 pub use frame::Frame;
 pub(crate) use guard::Rehearsals;
 pub(crate) use outputs::Kept;
