@@ -101,17 +101,12 @@ impl EvenGrid {
         let at = |(&time, &row): (&f64, &usize)| {
             let first = row.saturating_sub(1).min(values.len().saturating_sub(4));
             let last = (first + 4).min(values.len());
-            let base = values[row];
-            (first..last)
-                .map(|i| {
-                    let weight: f64 = (first..last)
-                        .filter(|j| *j != i)
-                        .map(|j| (time - time_s[j]) / (time_s[i] - time_s[j]))
-                        .product();
-                    weight * (values[i] - base)
-                })
-                .sum::<f64>()
-                + base
+            lagrange(
+                &time_s[first..last],
+                &values[first..last],
+                row - first,
+                time,
+            )
         };
         self.times_s.iter().zip(&self.rows).map(at).collect()
     }
@@ -124,6 +119,20 @@ impl EvenGrid {
         };
         self.times_s.iter().zip(&self.rows).map(at).collect()
     }
+}
+
+/// The polynomial through some rows at a time, summed from one of them, since positions are large beside
+/// what they change by.
+pub(crate) fn lagrange(times: &[f64], values: &[f64], base: usize, time: f64) -> f64 {
+    let weight = |i: usize| -> f64 {
+        (0..times.len())
+            .filter(|j| *j != i)
+            .map(|j| (time - times[j]) / (times[i] - times[j]))
+            .product()
+    };
+    let base = values[base];
+    let from_base = |i: usize| weight(i) * (values[i] - base);
+    (0..times.len()).map(from_base).sum::<f64>() + base
 }
 
 #[cfg(test)]

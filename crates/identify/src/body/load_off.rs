@@ -11,6 +11,7 @@
 
 use super::squares::Squares;
 use super::{Averages, Motion, Rates};
+use crate::even::lagrange;
 use lostmotion_base::math::quantile;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +42,9 @@ const LEAST_LATE_S: f64 = 400e-6;
 const WIND_UP_S: f64 = 250e-6;
 /// Rounds: what is found is taken off, and what is left is found.
 const ROUNDS: usize = 3;
+
+/// Times of four rows, in rows.
+const FOUR_ROWS: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
 const PLACE: usize = 0;
 const SPEED: usize = 1;
@@ -230,7 +234,12 @@ impl Pair<'_> {
                 .is_some_and(|lost| lost.contains(&true));
             lost.push(beyond || touched);
             let four = &self.load[first..first + 4];
-            load.push(own(cubic(four, (place - first as f64).clamp(0.0, 3.0))));
+            load.push(own(lagrange(
+                &FOUR_ROWS,
+                four,
+                1,
+                (place - first as f64).clamp(0.0, 3.0),
+            )));
         }
         (load, lost)
     }
@@ -266,18 +275,6 @@ impl LoadOff {
             late_interval_s,
         }
     }
-}
-
-/// Lagrange's cubic through four values at 0, 1, 2 and 3.
-fn cubic(values: &[f64], at: f64) -> f64 {
-    let base = values[1];
-    let weight = |i: usize| -> f64 {
-        (0..4)
-            .filter(|j| *j != i)
-            .map(|j| (at - j as f64) / (i as f64 - j as f64))
-            .product()
-    };
-    base + (0..4).map(|i| weight(i) * (values[i] - base)).sum::<f64>()
 }
 
 /// Whether the other columns leave enough of one.
