@@ -54,15 +54,9 @@ pub(crate) fn jumps(time_s: &[f64], values: &[f64]) -> Vec<Jump> {
     let speed: Vec<f64> = (1..rows)
         .map(|row| (values[row] - values[row - 1]) / (time_s[row] - time_s[row - 1]))
         .collect();
-    let changes: Vec<f64> = speed
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .filter(|change| *change > 0.0)
-        .collect();
-    if changes.is_empty() {
+    let Some(usual) = usual_change(&speed) else {
         return Vec::new();
-    }
-    let usual = quantile(changes, 0.5);
+    };
     let count = count_of(values);
     let mut found = Vec::new();
     for (step, &here) in speed.iter().enumerate() {
@@ -112,18 +106,23 @@ pub(crate) struct Spike {
     pub(crate) size: f64,
 }
 
-/// Rows between two steps that no motion makes, there and back.
-pub(crate) fn spikes(values: &[f64]) -> Vec<Spike> {
-    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let changes: Vec<f64> = steps
+/// Median change from one value to the next, of those that change at all.
+fn usual_change(values: &[f64]) -> Option<f64> {
+    let changes: Vec<f64> = values
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())
         .filter(|change| *change > 0.0)
         .collect();
-    if changes.is_empty() {
+    (!changes.is_empty()).then(|| quantile(changes, 0.5))
+}
+
+/// Rows between two steps that no motion makes, there and back.
+pub(crate) fn spikes(values: &[f64]) -> Vec<Spike> {
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let Some(usual) = usual_change(&steps) else {
         return Vec::new();
-    }
-    let least = (CHANGE_RATIO * quantile(changes, 0.5)).max(COUNTS * count_of(values));
+    };
+    let least = (CHANGE_RATIO * usual).max(COUNTS * count_of(values));
     let mut found: Vec<Spike> = Vec::new();
     for (at, &there) in steps.iter().enumerate() {
         let behind = found.last().map_or(0, |last| last.row + last.rows);
