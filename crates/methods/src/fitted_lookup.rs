@@ -15,7 +15,7 @@
 //! log was recorded. Source: as `lookup`; the fit is this project's, crate `lostmotion-identify`.
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::registry::{Registered, Settings, told};
 use lostmotion_drive::config::check::{AxisConfigError, between, finite, not_negative, positive};
 use lostmotion_drive::config::{Gap, Transmission};
@@ -65,7 +65,7 @@ impl Default for FittedLookupSettings {
         FittedLookupSettings {
             gap: None,
             load: None,
-            torque_share: 0.5,
+            torque_share: TORQUE_SHARE,
         }
     }
 }

@@ -25,7 +25,7 @@
 //! IEEE Trans. Control Syst. Technol. 15 (2007); here from the motor's side alone.
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::filter::{Belief, Filter, HALF_GAP, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
 use lostmotion_drive::config::check::{AxisConfigError, between};
@@ -57,7 +57,7 @@ impl Default for KalmanSettings {
             torque_noise_share: 2e-3,
             gap_spread: None,
             wandering_share: 1e-3,
-            torque_share: 0.5,
+            torque_share: TORQUE_SHARE,
         }
     }
 }

@@ -33,7 +33,7 @@
 //! inertia); the rest-to-rest quintic is standard in trajectory planning.
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::config::{Gap, Transmission};
@@ -61,7 +61,7 @@ impl Default for LookupSettings {
     fn default() -> LookupSettings {
         LookupSettings {
             gap: None,
-            torque_share: 0.5,
+            torque_share: TORQUE_SHARE,
             wind_up: 0.0,
             after_crossing: false,
         }

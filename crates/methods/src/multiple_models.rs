@@ -22,7 +22,7 @@
 //! Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988).
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
 use lostmotion_base::math;
@@ -57,7 +57,7 @@ impl Default for MultipleModelsSettings {
             torque_noise_share: 0.015,
             gap_spread: None,
             wandering_share: 1e-3,
-            torque_share: 0.5,
+            torque_share: TORQUE_SHARE,
             change_per_tick: 3e-4,
         }
     }

@@ -240,7 +240,7 @@ fn keys_have_types_units_defaults_ranges_and_meanings() {
     );
     let text = bench.expect(0, &["machine", "keys", "axis.z.compensation.lookup"]);
     assert!(
-        text.contains("axis.x.compensation.lookup.torque_share  (number; default 0.5; "),
+        text.contains("axis.x.compensation.lookup.torque_share  (number; default 0.8; "),
         "{text}"
     );
     let text = bench.expect(0, &["machine", "keys", "planner", "--format", "markdown"]);

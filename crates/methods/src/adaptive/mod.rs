@@ -70,7 +70,7 @@ mod watch;
 mod window;
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::memory::{LARGEST_HALF_GAP_RAD, negligible_half_gap_rad, tells_friction};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
@@ -104,7 +104,7 @@ pub struct AdaptiveSettings {
 
 impl Default for AdaptiveSettings {
     fn default() -> AdaptiveSettings {
-        AdaptiveSettings { torque_share: 0.5 }
+        AdaptiveSettings { torque_share: TORQUE_SHARE }
     }
 }
 
