@@ -150,6 +150,16 @@ pub enum NotExcited {
         /// Upper end, rad at the motor.
         high_rad: f64,
     },
+    /// The interval is so wide for a load that may be read later or earlier than its motor.
+    #[error(
+        "the gap cannot be told, because a load read up to 0.4 ms later or earlier than its motor leaves the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log strokes of several speeds, which tell the two apart"
+    )]
+    LatenessUnknown {
+        /// Lower end of the 95 % interval, rad at the motor.
+        low_rad: f64,
+        /// Upper end, rad at the motor.
+        high_rad: f64,
+    },
     /// The interval of the half gap reaches zero.
     #[error(
         "the half gap of {half_gap_rad:.3e} rad cannot be told from zero (95 % interval up to {upper_rad:.3e} rad)"

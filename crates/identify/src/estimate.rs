@@ -57,6 +57,8 @@ pub(crate) struct Estimate {
     pub(crate) compliance_spread: Option<Spread>,
     /// `None` where the damping is left out.
     pub(crate) damping_spread: Option<Spread>,
+    /// `None` where the load's lateness is left out.
+    pub(crate) speed_spread: Option<Spread>,
     pub(crate) delta: f64,
     pub(crate) rms: f64,
     pub(crate) scale: f64,
@@ -199,6 +201,7 @@ impl EstimateJob<'_> {
             gap_spread: spread(0)?,
             compliance_spread: spread_of(place)?,
             damping_spread: spread_of(columns.iter().position(|&c| c == DAMPING))?,
+            speed_spread: spread_of(columns.iter().position(|&c| c == SPEED))?,
             delta,
             rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
             outliers: residuals.iter().filter(|r| **r > delta).count(),

@@ -1,15 +1,14 @@
 //! The fit with the load's position known.
 
 use crate::{
+    body::Motion,
     contact::{self, Contact},
     deadzone::MotorGuess,
     error::{FitError, NotExcited, SolverStatus},
-    estimate::{
-        COMPLIANCE, COULOMB, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, PLACE,
-        RESOLUTION_SHARE, SPEED, VISCOUS,
-    },
+    estimate::{COMPLIANCE, Estimate, INERTIA, RESOLUTION_SHARE},
     instruments::{self, Exact},
     jitter,
+    lateness::{ContactFit, Fitted, Lateness},
     log::BacklashLog,
     plausible,
     result::{BacklashFit, ToldCompliance},
@@ -31,11 +30,12 @@ const COARSE_SHARE: f64 = 0.2;
 /// the one before found. A choice: each round corrects what is left of the inertia's error by an
 /// order; more only cost time.
 const INERTIA_ROUNDS: usize = 4;
-/// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told
-/// apart. Derived: with a variation of 1 % an error of 0.1 % in the torque is one of 10 % in the
-/// compliance.
-const MIN_TORQUE_VARIATION: f64 = 0.01;
-
+/// Rounds in which what a fit finds of the load's lateness is taken off before the next. A choice: each leaves a
+/// tenth of it or less.
+const LATENESS_ROUNDS: usize = 3;
+/// What lateness makes of the position difference at top speed, in parts of that difference's span, from which
+/// on it is taken off. A choice: less moves no window to another flank.
+const LATENESS_SHARE: f64 = 0.01;
 /// Share of the windows that have to be whole. A choice: a tenth of the rows may be missing at random.
 const WHOLE_SHARE: f64 = 0.05;
 
@@ -118,13 +118,46 @@ fn fit_steady(
     if !settings.motor_friction_known {
         return fit_unknown(log, settings, solver);
     }
-    let fit = fit_known(log, settings, solver)?;
+    let mut fit = fit_known(log, settings, solver)?;
+    // The flanks are told by the position difference, which lateness moves.
+    let mut log = std::borrow::Cow::Borrowed(log);
+    for _ in 0..LATENESS_ROUNDS {
+        let left_s = left_of_lateness(&log, &fit);
+        if left_s == 0.0 {
+            break;
+        }
+        log = std::borrow::Cow::Owned(log.with_late_taken_off(left_s));
+        fit = fit_known(&log, settings, solver)?;
+    }
+    if log.load_off().is_none() && log.late_s() == 0.0 {
+        fit.load_off = None;
+    }
     let [low_rad, high_rad] = fit.half_gap_interval_rad;
     // An interval as wide as the gap itself is no value, unless it says that the gap is small.
     if low_rad > 0.0 && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
-        return Err(NotExcited::IntervalTooWide { low_rad, high_rad }.into());
+        let is_late = 4.0 * fit.half_gap_lateness_rad > high_rad - low_rad;
+        return Err(if is_late {
+            NotExcited::LatenessUnknown { low_rad, high_rad }.into()
+        } else {
+            NotExcited::IntervalTooWide { low_rad, high_rad }.into()
+        });
     }
     Ok(fit)
+}
+
+/// Lateness that a fit found of the load in a log, beside what was taken off of it, s; zero where that does
+/// not matter.
+fn left_of_lateness(log: &BacklashLog, fit: &BacklashFit) -> f64 {
+    let Some(found) = fit.load_off.filter(|_| log.load_off().is_none()) else {
+        return 0.0;
+    };
+    let left_s = found.late_s - log.late_s();
+    let top_speed = Motion::in_positions(log.motor(), log.period_s()).top_speed;
+    if left_s.abs() * top_speed > LATENESS_SHARE * difference_span(log) {
+        left_s
+    } else {
+        0.0
+    }
 }
 
 /// The fit where nothing is known of the motor. Its inertia and friction turn up as columns of
@@ -235,54 +268,20 @@ fn fit_at(
     // Of an unknown motor more is to be told than the rounding of slow strokes hides.
     let finely =
         exact == Exact::Motion || instruments::rounds_finely(&contact, log.resolution_rad());
-    let (contact, strength) =
-        instruments::tell(contact, &windows, exact, finely, log.load_off().is_some());
-    if settings.stiffness_nm_per_rad.is_none() {
-        check_variation(&contact)?;
-        // Where the motor is unknown its columns hold whatever torque the instruments do not tell.
-        if exact != Exact::Motion && strength < instruments::LEAST_STRENGTH {
-            let together_rad = apart(&contact);
-            return Err(NotExcited::TorqueHidden { together_rad }.into());
-        }
-    }
-    let job = EstimateJob {
-        contact: &contact,
+    let Fitted {
+        contact,
+        estimate,
+        lateness,
+    } = ContactFit {
+        log,
         settings,
-        resolution: log.resolution_rad(),
         solver,
-    };
-    // Columns beside gap and offset: those that the settings do not give.
-    let optional = [
-        (COMPLIANCE, settings.stiffness_nm_per_rad.is_none()),
-        (DAMPING, settings.fit_damping),
-        (INERTIA, settings.motor_inertia_kgm2.is_none()),
-    ];
-    let optional: Vec<usize> = optional
-        .into_iter()
-        .filter(|(_, wanted)| *wanted)
-        .map(|(column, _)| column)
-        .collect();
-    // What is left of a load that was put right is found along with the gap, and belongs to its interval.
-    let is_put_right = log.load_off().is_some();
-    // The number of columns is part of the regression's type.
-    let estimate = match *optional.as_slice() {
-        _ if exact == Exact::Motion && is_put_right => job.estimate([
-            GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, VISCOUS, COULOMB, PLACE,
-        ])?,
-        [] if is_put_right => job.estimate([GAP, OFFSET, PLACE, SPEED])?,
-        [a] if is_put_right => job.estimate([GAP, OFFSET, a, PLACE, SPEED])?,
-        [a, b] if is_put_right => job.estimate([GAP, OFFSET, a, b, PLACE, SPEED])?,
-        _ if is_put_right => {
-            job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, PLACE, SPEED])?
-        }
-        _ if exact == Exact::Motion => {
-            job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA, VISCOUS, COULOMB])?
-        }
-        [] => job.estimate([GAP, OFFSET])?,
-        [a] => job.estimate([GAP, OFFSET, a])?,
-        [a, b] => job.estimate([GAP, OFFSET, a, b])?,
-        _ => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA])?,
-    };
+        windows: &windows,
+        contact: &contact,
+        exact,
+        finely,
+    }
+    .fitted()?;
     let compliance = estimate.coefficients[COMPLIANCE];
     // The column of the acceleration has the coefficient c (J - J_assumed).
     let found = if compliance > 0.0 {
@@ -290,47 +289,10 @@ fn fit_at(
     } else {
         inertia
     };
-    Ok((found, estimate.report(log, &contact, half, found, finely)))
-}
-
-/// Position difference between the two sides, gap and wind-up together.
-fn apart(contact: &Contact) -> f64 {
-    let mean = |side: f64| {
-        let of_side = || contact.samples.iter().filter(|sample| sample.side == side);
-        let sum: f64 = of_side().map(|sample| sample.window.difference_rad).sum();
-        sum / of_side().count().max(1) as f64
-    };
-    mean(1.0) - mean(-1.0)
-}
-
-/// Gap and wind-up differ only through the torque's variation within the sides.
-fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
-    let (mut within, mut square) = (0.0, 0.0);
-    // Within one side the gap is constant: only the torque's variation shows the compliance.
-    for side in [1.0, -1.0] {
-        let torques: Vec<f64> = contact
-            .samples
-            .iter()
-            .filter(|sample| sample.side * side > 0.0)
-            .map(|sample| sample.window.torque_nm)
-            .collect();
-        let mean = torques.iter().sum::<f64>() / torques.len().max(1) as f64;
-        within += torques
-            .iter()
-            .map(|torque| (torque - mean) * (torque - mean))
-            .sum::<f64>();
-        square += torques.iter().map(|torque| torque * torque).sum::<f64>();
-    }
-    let variation = if square > 0.0 {
-        (within / square).sqrt()
-    } else {
-        0.0
-    };
-    if variation < MIN_TORQUE_VARIATION {
-        Err(NotExcited::TorqueNotVaried { variation })
-    } else {
-        Ok(())
-    }
+    Ok((
+        found,
+        estimate.report(log, &contact, half, found, finely, &lateness),
+    ))
 }
 
 impl Estimate {
@@ -341,6 +303,7 @@ impl Estimate {
         half: usize,
         inertia: f64,
         finely: bool,
+        lateness: &Lateness,
     ) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
         let [half_gap, offset, compliance, damping, ..] = self.coefficients;
@@ -373,13 +336,14 @@ impl Estimate {
             + MODEL_ERROR_SHARE * wind_up
             + certainly_late_s * rate_rms;
         // Scatter and allowance add up: one is random, the other is not.
-        let half_width = self.gap_spread.half_width + allowance;
+        let half_width = self.gap_spread.half_width + allowance + lateness.half_gap_rad;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         // The same errors seen as wind-up of the usual torque.
         let told = ToldCompliance::new(
             compliance,
             self.compliance_spread
-                .map_or(0.0, |spread| spread.half_width + allowance / torque_rms),
+                .map_or(0.0, |spread| spread.half_width + allowance / torque_rms)
+                + lateness.compliance_rad_per_nm,
         );
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,
@@ -389,7 +353,8 @@ impl Estimate {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
             half_gap_error_rad: self.gap_spread.standard_error,
-            half_gap_allowance_rad: allowance,
+            half_gap_allowance_rad: allowance + lateness.half_gap_rad,
+            half_gap_lateness_rad: lateness.half_gap_rad,
             compliance_rad_per_nm: compliance,
             compliance_error_rad_per_nm: self
                 .compliance_spread
@@ -421,7 +386,7 @@ impl Estimate {
             excited: reason.is_none(),
             reason,
             load: None,
-            load_off: log.load_off().copied(),
+            load_off: log.load_off().copied().or(lateness.found),
             solver: self.solver,
         }
     }

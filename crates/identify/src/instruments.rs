@@ -43,6 +43,17 @@ pub(crate) enum Exact {
     Motion,
 }
 
+/// Which exact columns a fit has for how the load is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Beside {
+    /// None: as the motor.
+    Nothing,
+    /// The motor's speed: later or earlier.
+    Speed,
+    /// Speed and place: its lengths differ, too.
+    PlaceAndSpeed,
+}
+
 /// F statistic of the instruments from which on they tell the torque. Staiger and Stock (1997): below, what
 /// they tell is partly its noise, and intervals miss.
 pub(crate) const LEAST_STRENGTH: f64 = 10.0;
@@ -71,7 +82,7 @@ pub(crate) fn tell(
     windows: &[WindowSample],
     exact: Exact,
     finely: bool,
-    is_put_right: bool,
+    beside: Beside,
 ) -> (Contact, f64) {
     let mut rows = Vec::with_capacity(contact.samples.len());
     let sides = &contact.sides;
@@ -100,13 +111,21 @@ pub(crate) fn tell(
     };
     // An acceleration that is no column of the fit would be no instrument either: its own noise (an
     // unsteady sampling time) is part of the torque's.
-    let exact: &[usize] = match (exact, is_put_right) {
-        (Exact::Sides, false) => &[SIDE, OFFSET],
-        (Exact::Sides, true) => &[SIDE, OFFSET, PLACE, VELOCITY],
-        (Exact::Acceleration, false) => &[SIDE, OFFSET, ACCELERATION],
-        (Exact::Acceleration, true) => &[SIDE, OFFSET, ACCELERATION, PLACE, VELOCITY],
-        (Exact::Motion, false) => &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION],
-        (Exact::Motion, true) => &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION, PLACE],
+    let exact: &[usize] = match (exact, beside) {
+        (Exact::Sides, Beside::Nothing) => &[SIDE, OFFSET],
+        (Exact::Sides, Beside::Speed) => &[SIDE, OFFSET, VELOCITY],
+        (Exact::Sides, Beside::PlaceAndSpeed) => &[SIDE, OFFSET, PLACE, VELOCITY],
+        (Exact::Acceleration, Beside::Nothing) => &[SIDE, OFFSET, ACCELERATION],
+        (Exact::Acceleration, Beside::Speed) => &[SIDE, OFFSET, ACCELERATION, VELOCITY],
+        (Exact::Acceleration, Beside::PlaceAndSpeed) => {
+            &[SIDE, OFFSET, ACCELERATION, PLACE, VELOCITY]
+        }
+        (Exact::Motion, Beside::Nothing | Beside::Speed) => {
+            &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION]
+        }
+        (Exact::Motion, Beside::PlaceAndSpeed) => {
+            &[SIDE, OFFSET, ACCELERATION, VELOCITY, DIRECTION, PLACE]
+        }
     };
     let strength = stage.tell(exact, finely);
     (contact, strength)

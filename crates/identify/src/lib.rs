@@ -47,6 +47,7 @@ pub mod fit;
 pub mod huber;
 mod instruments;
 mod jitter;
+mod lateness;
 pub mod log;
 pub mod motor_only;
 mod plausible;

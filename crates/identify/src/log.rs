@@ -21,6 +21,8 @@ pub struct BacklashLog {
     steps_rad: [f64; 2],
     /// How the load was off the motor, where that was taken off.
     load_off: Option<LoadOff>,
+    /// What a fit found the load to be read later than the motor, and took off, s.
+    late_s: f64,
 }
 
 impl BacklashLog {
@@ -76,6 +78,7 @@ impl BacklashLog {
             lost: Vec::new(),
             steps_rad,
             load_off: None,
+            late_s: 0.0,
         })
     }
 
@@ -176,6 +179,32 @@ impl BacklashLog {
             (log.load, log.lost, log.load_off) = (right.load, right.lost, Some(right.off));
         }
         log
+    }
+
+    /// The same with a load that was read so much later than it is in this one, s.
+    pub(crate) fn with_late_taken_off(&self, late_s: f64) -> Self {
+        let pair = Pair {
+            period_s: self.period_s,
+            motor: &self.motor,
+            load: &self.load,
+            drive: &self.current,
+            lost: &self.lost,
+        };
+        let (load, lost) = pair.without(&LoadOff {
+            late_s,
+            ..LoadOff::default()
+        });
+        Self {
+            load,
+            lost,
+            late_s: self.late_s + late_s,
+            ..self.clone()
+        }
+    }
+
+    /// What a fit found the load to be read later than the motor, and took off, s.
+    pub(crate) fn late_s(&self) -> f64 {
+        self.late_s
     }
 
     /// How the load was off the motor; `None` where nothing was taken off.

@@ -271,7 +271,13 @@ fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
     }
     let half = window::half_width(settings, log.period_s());
     let inertia = settings.motor_inertia_kgm2.unwrap_or(0.0);
-    let mut windows = window::averages(log, settings, inertia, half);
+    let windows = window::averages(log, settings, inertia, half);
+    // A load that is read earlier than its motor is ahead of it the faster the more.
+    is_reversed(windows.clone()) && is_reversed(without_lateness(windows))
+}
+
+/// Whether the torque goes better with the position difference the wrong way round.
+fn is_reversed(mut windows: Vec<WindowSample>) -> bool {
     let forward = Deadzone::fit(&windows);
     for window in &mut windows {
         window.difference_rad = -window.difference_rad;
@@ -280,6 +286,27 @@ fn swapped(log: &BacklashLog, settings: &FitSettings) -> bool {
         (forward, Some(reverse)) => forward.is_none_or(|zone| reverse.explains_more_than(&zone)),
         _ => false,
     }
+}
+
+/// The same without the part of the position difference that grows with the speed, beside that of its
+/// direction.
+fn without_lateness(mut windows: Vec<WindowSample>) -> Vec<WindowSample> {
+    let certain: Vec<&WindowSample> = windows.iter().filter(|w| w.one_way && w.whole).collect();
+    let [late_s, ..] = Regression::<3> {
+        rows: certain
+            .iter()
+            .map(|w| [w.velocity_rad_s, w.velocity_rad_s.signum(), 1.0])
+            .collect(),
+        targets: certain.iter().map(|w| w.difference_rad).collect(),
+        nonnegative: [false; 3],
+    }
+    .least_squares();
+    if late_s.is_finite() {
+        for window in &mut windows {
+            window.difference_rad -= late_s * window.velocity_rad_s;
+        }
+    }
+    windows
 }
 
 /// The wrong unit that goes best with a factor on the inertia.

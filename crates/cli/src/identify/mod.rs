@@ -13,7 +13,8 @@ use clap::{Args, ValueHint};
 use findings::{Finding, gap_findings};
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{
-    Motion, fit_body, fit_lost_motion, fit_servo, replay, times_go_with,
+    BodyLog, LostMotion, Motion, Replayed, RigidBody, ServoGains, fit_body, fit_lost_motion,
+    fit_servo, replay, times_go_with,
 };
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash,
@@ -45,6 +46,106 @@ pub(crate) struct Identify {
     pub(crate) check: bool,
 }
 
+/// What is said of a log.
+#[derive(Default)]
+struct Told {
+    text: String,
+    /// What is not told, and why.
+    untold: Vec<String>,
+    /// What the description can be held against.
+    findings: Vec<Finding>,
+}
+
+impl Told {
+    fn lost_motion(&mut self, found: &Result<LostMotion, String>, scales: &Scales) {
+        match found {
+            Ok(lost) => self.text += &scales.lost(lost),
+            Err(reason) => self.untold.push(format!("lost motion: {reason}")),
+        }
+    }
+
+    /// The gap, of a log whose lost motion is that of a gap or not.
+    fn gap(
+        &mut self,
+        found: &Result<BacklashFit, GapError>,
+        is_step: bool,
+        described: Option<&AxisConfig>,
+        scales: &Scales,
+    ) {
+        match found {
+            Ok(fit) if is_step => {
+                self.text += &gap_text(fit, scales);
+                let findings = described.map(|axis| gap_findings(fit, axis));
+                self.findings.extend(findings.into_iter().flatten());
+            }
+            Ok(_) => self
+                .untold
+                .push("the gap: position is lost along the travel, not at once".to_owned()),
+            Err(reason) => self.untold.push(format!("gap and stiffness: {reason}")),
+        }
+    }
+
+    fn body(
+        &mut self,
+        found: &Result<RigidBody, String>,
+        described: Option<&AxisConfig>,
+        scales: &Scales,
+    ) {
+        match found {
+            Ok(body) => {
+                self.text += &scales.body(body);
+                self.untold.extend(body.untold.iter().cloned());
+                let findings = described.map(|axis| scales.body_findings(body, axis));
+                self.findings.extend(findings.into_iter().flatten());
+            }
+            Err(reason) => self.untold.push(format!("inertia and friction: {reason}")),
+        }
+    }
+
+    fn servo(
+        &mut self,
+        found: &Result<ServoGains, String>,
+        described: Option<&AxisConfig>,
+        by_current: bool,
+        scales: &Scales,
+    ) {
+        match found {
+            Ok(servo) => {
+                self.text += &scales.servo(servo);
+                self.untold.extend(servo.untold.iter().cloned());
+                let findings = described.map(|axis| scales.servo_findings(servo, axis, by_current));
+                self.findings.extend(findings.into_iter().flatten());
+            }
+            Err(reason) => self.untold.push(format!("servo: {reason}")),
+        }
+    }
+
+    fn replayed(&mut self, again: &Replayed, scales: &Scales) {
+        let um = 1.0 / scales.small;
+        self.text += &format!(
+            "simulated on the log's command: {} {u} RMS off the record, at most {} {u}\n",
+            figures(again.rms * um),
+            figures(again.largest * um),
+            u = scales.small_unit,
+        );
+    }
+
+    /// The verdict on each value that can be checked; whether the description is another one.
+    fn check(&mut self) -> bool {
+        let mut differs = false;
+        for finding in &self.findings {
+            let (words, other) = finding.verdict();
+            differs |= other;
+            self.text += &words;
+        }
+        if self.findings.is_empty() {
+            self.text += "nothing of the description can be checked with this log\n";
+            differs = true;
+        }
+        differs
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let described = args
@@ -52,7 +153,71 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         .as_deref()
         .map(|name| axis(name, &[]))
         .transpose()?;
+    let described = described.as_ref();
     let name = args.log.name();
+    refuse_outputs(args)?;
+    args.log.exists()?;
+    let log = args.log.read(&[], &[], quiet)?;
+    let unit = axis_unit(&log);
+    if let Some(described) = described {
+        rad_per_unit(described, unit, &name)?;
+    }
+    let scales = Scales::of(&log, unit, described);
+    let (body_log, motion) = body_log(&log, &scales, &name)?;
+    let body = fit_body(&body_log, &motion);
+    refuse_reversed(&body, &scales, &name)?;
+    let (gap, doubt) = believed_gap(&log, described, unit, &name)?;
+    // A long log is not held twice.
+    let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
+    drop(log);
+    // Lateness that the gap's fit tells would pass for lost motion, too.
+    let off = gap.as_ref().ok().and_then(|fit| fit.load_off);
+    let body_log = off.into_iter().fold(body_log, BodyLog::with_late_taken_off);
+    let mut told = Told {
+        text: scales.motion(&motion, &body_log),
+        ..Told::default()
+    };
+    // Lost motion first: it says whether a gap is the right word.
+    let lost = fit_lost_motion(&body_log, body.as_ref().ok());
+    told.lost_motion(&lost, &scales);
+    let is_step = lost.as_ref().map_or(true, |lost| lost.is_step);
+    told.gap(&gap, is_step, described, &scales);
+    told.body(&body, described, &scales);
+    let servo = fit_servo(&body_log, &motion);
+    told.servo(&servo, described, by_current, &scales);
+    let replayed = match (&body, &servo) {
+        (Ok(body), Ok(servo)) => replay(&body_log, body, servo),
+        _ => None,
+    };
+    if let Some(again) = &replayed {
+        told.replayed(again, &scales);
+    } else if args.overlay.is_some() {
+        return Err(Failure::with_hint(
+            format!("{name}: nothing can be simulated for --overlay"),
+            "it needs a command, a current and a servo law that the log obeys",
+        ));
+    }
+    for reason in &told.untold {
+        told.text += &format!("not told: {reason}\n");
+    }
+    let differs = args.check && told.check();
+    if let (Some(path), Some(again)) = (&args.overlay, &replayed) {
+        write_overlay(path, &body_log, again, &scales)?;
+    }
+    if let (Some(path), Some(described)) = (&args.out, described) {
+        let base = args.axis.as_deref().unwrap_or_default();
+        if let Some(cause) = &doubt {
+            told.text += &format!("not written: what was measured, since {cause}\n");
+            told.findings.clear();
+        }
+        write_axis(path, described, &told.findings, &name, base)?;
+    }
+    output::print(&told.text)?;
+    Ok(if differs { FOUND } else { DONE })
+}
+
+/// Refuses files to write that are read, or are one and the same.
+fn refuse_outputs(args: &Identify) -> Result<(), Failure> {
     for out in [&args.out, &args.overlay].into_iter().flatten() {
         output::refuse_input(out, &args.log.log, "log")?;
         output::refuse_inputs(out, axis_files(args.axis.as_deref()))?;
@@ -65,15 +230,13 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
             "--out and --overlay are both {shown}"
         )));
     }
-    args.log.exists()?;
-    let log = args.log.read(&[], &[], quiet)?;
-    let unit = axis_unit(&log);
-    if let Some(described) = &described {
-        rad_per_unit(described, unit, &name)?;
-    }
-    let scales = Scales::of(&log, unit, described.as_ref());
+    Ok(())
+}
+
+/// The log in the units of the fits, its load put right, and how it moves.
+fn body_log(log: &AxisLog, scales: &Scales, name: &str) -> Result<(BodyLog, Motion), Failure> {
     let body_log = scales
-        .body_log(&log)
+        .body_log(log)
         .map_err(|error| Failure::message(format!("{name}: {error}")))?;
     let motion = Motion::of(&body_log);
     times_go_with(&body_log, &motion).map_err(|error| {
@@ -83,136 +246,50 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         )
     })?;
     let body_log = body_log.put_right(&motion);
-    let mut text = scales.motion(&motion, &body_log);
-    let mut untold: Vec<String> = Vec::new();
-    let mut findings: Vec<Finding> = Vec::new();
-    let body = fit_body(&body_log, &motion);
-    if let Ok(body) = &body
-        && body.is_reversed()
-    {
-        let [inertia, _, _] = with_interval(body.inertia);
-        return Err(Failure::with_hint(
-            format!(
-                "{name}: the axis speeds up against what drives it, as if its inertia were {inertia}: the sign of the {drive}, or of the position, is reversed",
-                drive = scales.drive_name,
-            ),
-            format!("turn it round: --column {}=NAME,sign=-", scales.drive_name),
-        ));
-    }
-    // Lost motion first: it says whether a gap is the right word.
-    let mut is_step = true;
-    match fit_lost_motion(&body_log, body.as_ref().ok()) {
-        Ok(lost) => {
-            is_step = lost.is_step;
-            text += &scales.lost(&lost);
-        }
-        Err(reason) => untold.push(format!("lost motion: {reason}")),
-    }
-    // A unit that may be wrong is said, and nothing that hangs on it is taken over.
-    let mut doubt = None;
-    let gap = match gap(&log, described.as_ref(), unit, &name) {
-        // In other units or with other signs everything else would be wrong, too.
+    Ok((body_log, motion))
+}
+
+/// Refuses a log in which a sign is reversed.
+fn refuse_reversed(
+    body: &Result<RigidBody, String>,
+    scales: &Scales,
+    name: &str,
+) -> Result<(), Failure> {
+    let Some(body) = body.as_ref().ok().filter(|body| body.is_reversed()) else {
+        return Ok(());
+    };
+    let [inertia, _, _] = with_interval(body.inertia);
+    Err(Failure::with_hint(
+        format!(
+            "{name}: the axis speeds up against what drives it, as if its inertia were {inertia}: the sign of the {drive}, or of the position, is reversed",
+            drive = scales.drive_name,
+        ),
+        format!("turn it round: --column {}=NAME,sign=-", scales.drive_name),
+    ))
+}
+
+/// The gap, or why there is none, and a unit that may be wrong: that is said, and nothing that hangs on it is
+/// taken over. A log in which everything else would be wrong, too, is refused.
+fn believed_gap(
+    log: &AxisLog,
+    described: Option<&AxisConfig>,
+    unit: AxisUnit,
+    name: &str,
+) -> Result<(Result<BacklashFit, GapError>, Option<String>), Failure> {
+    let found = gap(log, described, unit, name);
+    let doubt = match &found {
         Err(GapError::Fit(error)) if error.is_of_the_log() => {
             return Err(Failure::with_hint(
                 format!("{name}: {error}"),
                 "say what the columns are with --column ROLE=NAME,unit=UNIT,sign=-,scale=FACTOR; without --axis the log is not held against it",
             ));
         }
-        found => {
-            if let Err(GapError::Fit(FitError::Implausible { cause, .. })) = &found
-                && cause.names_a_unit()
-            {
-                doubt = Some(cause.to_string());
-            }
-            found
+        Err(GapError::Fit(FitError::Implausible { cause, .. })) if cause.names_a_unit() => {
+            Some(cause.to_string())
         }
-    };
-    // A long log is not held twice.
-    let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
-    drop(log);
-    match (gap, is_step) {
-        (Ok(fit), true) => {
-            text += &gap_text(&fit, &scales);
-            if let Some(described) = &described {
-                findings.extend(gap_findings(&fit, described));
-            }
-        }
-        (Ok(_), false) => {
-            untold.push("the gap: position is lost along the travel, not at once".to_owned());
-        }
-        (Err(reason), _) => untold.push(format!("gap and stiffness: {reason}")),
-    }
-    match &body {
-        Ok(body) => {
-            text += &scales.body(body);
-            untold.extend(body.untold.iter().cloned());
-            if let Some(described) = &described {
-                findings.extend(scales.body_findings(body, described));
-            }
-        }
-        Err(reason) => untold.push(format!("inertia and friction: {reason}")),
-    }
-    let servo = fit_servo(&body_log, &motion);
-    match &servo {
-        Ok(servo) => {
-            text += &scales.servo(servo);
-            untold.extend(servo.untold.iter().cloned());
-            if let Some(described) = &described {
-                findings.extend(scales.servo_findings(servo, described, by_current));
-            }
-        }
-        Err(reason) => untold.push(format!("servo: {reason}")),
-    }
-    let replayed = match (&body, &servo) {
-        (Ok(body), Ok(servo)) => replay(&body_log, body, servo),
         _ => None,
     };
-    match &replayed {
-        Some(again) => {
-            let um = 1.0 / scales.small;
-            text += &format!(
-                "simulated on the log's command: {} {u} RMS off the record, at most {} {u}\n",
-                figures(again.rms * um),
-                figures(again.largest * um),
-                u = scales.small_unit,
-            );
-        }
-        None if args.overlay.is_some() => {
-            return Err(Failure::with_hint(
-                format!("{name}: nothing can be simulated for --overlay"),
-                "it needs a command, a current and a servo law that the log obeys",
-            ));
-        }
-        None => {}
-    }
-    for reason in &untold {
-        text += &format!("not told: {reason}\n");
-    }
-    let mut differs = false;
-    if args.check {
-        for finding in &findings {
-            let (words, other) = finding.verdict();
-            differs |= other;
-            text += &words;
-        }
-        if findings.is_empty() {
-            text += "nothing of the description can be checked with this log\n";
-            differs = true;
-        }
-    }
-    if let (Some(path), Some(again)) = (&args.overlay, &replayed) {
-        write_overlay(path, &body_log, again, &scales)?;
-    }
-    if let (Some(path), Some(described)) = (&args.out, &described) {
-        let base = args.axis.as_deref().unwrap_or_default();
-        if let Some(cause) = &doubt {
-            text += &format!("not written: what was measured, since {cause}\n");
-            findings.clear();
-        }
-        write_axis(path, described, &findings, &name, base)?;
-    }
-    output::print(&text)?;
-    Ok(if differs { FOUND } else { DONE })
+    Ok((found, doubt))
 }
 
 /// Why there is no gap.

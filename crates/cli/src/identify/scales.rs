@@ -278,6 +278,9 @@ impl Scales {
     }
 }
 
+/// Part of the gap's interval from which on what lateness makes of it is said. A choice: the larger half.
+const LATENESS_SHARE: f64 = 0.5;
+
 /// The gap's total and interval, m or rad at the load.
 pub(super) fn gap_figure(fit: &BacklashFit, per_rad: f64) -> Figure {
     Figure {
@@ -292,6 +295,15 @@ pub(super) fn gap_text(fit: &BacklashFit, scales: &Scales) -> String {
     let mut text = line("gap", gap, scales.small_unit);
     if let Some(reason) = fit.reason.as_ref().filter(|_| !fit.excited) {
         text += &format!("  the log does not tell it from zero: {reason}\n");
+    }
+    let [low, high] = gap.interval;
+    let late = 2.0 * fit.half_gap_lateness_rad * scales.per_rad / scales.small;
+    if late > LATENESS_SHARE * 0.5 * (high - low) {
+        text += &format!(
+            "  {} {} of that either way are for a load that may be read up to 0.4 ms beside its motor, which this log does not tell: log strokes of several speeds\n",
+            figures(late),
+            scales.small_unit
+        );
     }
     text
 }

@@ -211,7 +211,7 @@ impl Pair<'_> {
     }
 
     /// The load as the motor's clock and lengths have it, and the samples that are then lost.
-    fn without(&self, off: &LoadOff) -> (Vec<f64>, Vec<bool>) {
+    pub(crate) fn without(&self, off: &LoadOff) -> (Vec<f64>, Vec<bool>) {
         let base = self.motor.first().copied().unwrap_or(0.0);
         let own = |value: f64| base + (value - base) / (1.0 + off.scale);
         let rows = off.late_s / self.period_s;

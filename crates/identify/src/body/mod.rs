@@ -189,6 +189,25 @@ impl BodyLog {
         self
     }
 
+    /// The same with lateness of the load taken off that [`fit_backlash`](crate::fit_backlash) found of the same
+    /// rows; as it is where its load was put right already.
+    #[must_use]
+    pub fn with_late_taken_off(mut self, off: LoadOff) -> BodyLog {
+        if self.load.len() != self.motor.len() || self.load_off.is_some() || off.late_s == 0.0 {
+            return self;
+        }
+        let pair = load_off::Pair {
+            period_s: self.period_s,
+            motor: &self.motor,
+            load: &self.load,
+            drive: &self.drive,
+            lost: &self.lost,
+        };
+        (self.load, self.lost) = pair.without(&off);
+        self.load_off = Some(off);
+        self
+    }
+
     /// How the load was off the motor; `None` where nothing was taken off.
     pub fn load_off(&self) -> Option<&LoadOff> {
         self.load_off.as_ref()

@@ -177,6 +177,7 @@ pub(super) fn replayed(
         half_gap_interval_rad: interval,
         half_gap_error_rad: profile.standard_error_rad,
         half_gap_allowance_rad: allowance,
+        half_gap_lateness_rad: 0.0,
         compliance_rad_per_nm: compliance,
         compliance_error_rad_per_nm: compliance_spread.standard_error,
         compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,

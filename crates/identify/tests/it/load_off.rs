@@ -1,7 +1,9 @@
 //! A load's scale that is longer than the motor's, and one that is read later: neither is a gap.
 
 use crate::rig::ballscrew::{BallScrew, Rows};
-use lostmotion_identify::{BacklashFit, fit_backlash};
+use lostmotion_base::math;
+use lostmotion_identify::body::{BodyLog, LoadOff};
+use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
 
 /// Counts what holds the truth of ten axes: gap, stiffness, and how the load was said to be off.
 fn holds(seed: u64, change: impl Fn(&mut Rows), truth: [f64; 2]) -> [usize; 3] {
@@ -58,4 +60,100 @@ fn nothing_is_taken_off_a_load_that_goes_with_its_motor() {
         let fit = fit_backlash(&axis.log(&axis.record()).unwrap(), &axis.settings()).unwrap();
         assert_eq!(fit.load_off, None, "{seed}");
     }
+}
+
+#[test]
+fn a_load_that_is_read_a_part_of_a_row_late_is_no_gap() {
+    for part in [0.25, -0.1] {
+        let later = |rows: &mut Rows| {
+            // A parabola through three rows.
+            let read = |three: &[f64]| {
+                let [before, at, after] = [three[0], three[1], three[2]];
+                at - 0.5 * part * (after - before) + 0.5 * part * part * (after - 2.0 * at + before)
+            };
+            let inner: Vec<f64> = rows.load_mm.windows(3).map(read).collect();
+            let last = rows.load_mm.len() - 1;
+            rows.load_mm[1..last].copy_from_slice(&inner);
+        };
+        let [gap, stiffness, off] = holds(94_400, later, [0.0, part * 1e-3]);
+        assert!(
+            gap >= 9 && stiffness >= 8 && off >= 8,
+            "{part}: {gap} {stiffness} {off}"
+        );
+    }
+}
+
+/// Strokes at 10 rad/s by a shaft whose stiffness is known, with a load that is read so much late: lateness is
+/// the same as a gap.
+fn one_speed(half_gap: f64, late_s: f64) -> (BacklashLog, FitSettings) {
+    let (speed, torque, stiffness, stroke_s) = (10.0, 1.0, 500.0, 0.2);
+    let (mut motor, mut load, mut current) = (Vec::new(), Vec::new(), Vec::new());
+    for row in 0..8000 {
+        let within = (f64::from(row) * 250e-6 / stroke_s).rem_euclid(2.0);
+        let (place, side) = if within < 1.0 {
+            (within, 1.0)
+        } else {
+            (2.0 - within, -1.0)
+        };
+        let wound = half_gap + torque / stiffness;
+        motor.push(speed * stroke_s * place);
+        load.push(speed * stroke_s * place - side * (wound + late_s * speed));
+        current.push(side * torque);
+    }
+    let settings = FitSettings {
+        motor_inertia_kgm2: Some(0.0),
+        stiffness_nm_per_rad: Some(stiffness),
+        fit_damping: false,
+        ..FitSettings::default()
+    };
+    let log = BacklashLog::new(250e-6, motor, load, current).unwrap();
+    (log, settings)
+}
+
+#[test]
+fn at_one_speed_the_interval_of_the_gap_holds_what_lateness_may_be() {
+    let half_gap = 20e-3;
+    for late_s in [0.0, 250e-6, -250e-6] {
+        let (log, settings) = one_speed(half_gap, late_s);
+        let fit = fit_backlash(&log, &settings).unwrap();
+        let [low, high] = fit.half_gap_interval_rad;
+        assert!(low <= half_gap && half_gap <= high, "{late_s}: {fit:?}");
+        // 0.4 ms at this speed
+        let lateness = fit.half_gap_lateness_rad;
+        assert!((lateness / 4e-3 - 1.0).abs() < 1e-2, "{fit:?}");
+    }
+}
+
+#[test]
+fn a_gap_that_lateness_may_be_is_refused_with_what_would_tell_it() {
+    let (log, settings) = one_speed(5e-3, 0.0);
+    let error = fit_backlash(&log, &settings).unwrap_err().to_string();
+    assert!(
+        error.contains("later or earlier") && error.contains("several speeds"),
+        "{error}"
+    );
+}
+
+#[test]
+fn lateness_that_a_fit_found_is_no_lost_motion() {
+    let late = LoadOff {
+        late_s: 300e-6,
+        ..LoadOff::default()
+    };
+    let times: Vec<f64> = (0..4000).map(|row| f64::from(row) * 1e-3).collect();
+    let place = |t: f64| 0.05 * math::sin(3.0 * t);
+    let motor: Vec<f64> = times.iter().map(|t| place(*t)).collect();
+    let load = times.iter().map(|t| place(t - late.late_s)).collect();
+    let log = BodyLog::from_rows(&times, motor, load, Vec::new(), Vec::new()).unwrap();
+    let right = log.clone().with_late_taken_off(late);
+    let off = |log: &BodyLog| {
+        let pairs = log.motor.iter().zip(&log.load).skip(2).take(3990);
+        pairs.fold(0.0, |most: f64, (motor, load)| {
+            most.max((motor - load).abs())
+        })
+    };
+    assert!(off(&log) > 4e-5 && off(&right) < 1e-9, "{:e}", off(&right));
+    assert_eq!(right.load_off(), Some(&late));
+    // Once is enough.
+    assert_eq!(right.clone().with_late_taken_off(late), right);
 }
