@@ -164,7 +164,15 @@ impl Scales {
     pub(super) fn lost(&self, lost: &LostMotion) -> String {
         let um = 1.0 / self.small;
         let u = self.small_unit;
-        let mut text = line("lost motion", lost.total.times(um), u);
+        let total = lost.total.times(um);
+        let mut text = if total.value > 0.0 {
+            line("lost motion", total, u)
+        } else {
+            format!(
+                "lost motion: at most {} {u} (95 %)\n",
+                figures(total.interval[1])
+            )
+        };
         if lost.is_step {
             text += "  a step, as of a gap and wind-up, explains it\n";
             return text;

@@ -164,6 +164,12 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
                 .to_owned(),
         );
     }
+    // No axis gains position: below zero is what scatter and lengths make of next to none.
+    let whole = Figure {
+        value: whole.value.max(0.0),
+        interval: [low.max(0.0), high],
+        ..whole
+    };
     let along = figure(&|x| x[ALONG]);
     let alone = step_alone.as_ref().is_some_and(|alone| alone.rms <= near);
     Ok(LostMotion {

@@ -208,37 +208,7 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
             -body.drag.interval[1], -body.drag.interval[0]
         ));
     }
-    let together = body.apart(&speeds);
-    let told = |figure: Figure| {
-        let half = 0.5 * (figure.interval[1] - figure.interval[0]);
-        half <= TOLD_SHARE * figure.value.abs()
-    };
-    for (figure, what) in [
-        (
-            body.inertia,
-            "the inertia: accelerate harder, at least till the current doubles",
-        ),
-        (
-            body.viscous,
-            "the viscous friction: move steadily at speeds of at least one to five",
-        ),
-        (
-            body.coulomb,
-            "the Coulomb friction: move steadily both ways at a slow speed",
-        ),
-    ] {
-        let is_said = together.is_some() && figure != body.inertia;
-        if !told(figure) && !is_said {
-            body.untold.push(what.to_owned());
-        }
-    }
-    body.untold.extend(together);
-    if !body.is_one_body() {
-        body.untold.push(format!(
-            "inertia and friction with certainty: {:.0} % of the drive signal is not that of one body; gap and shaft move on their own, and the intervals do not hold",
-            100.0 * body.residual_share
-        ));
-    }
+    body.say_what_is_vague(&speeds);
     Ok(body)
 }
 
@@ -252,6 +222,49 @@ impl RigidBody {
     /// drive signal, or of the position, is reversed.
     pub fn is_reversed(&self) -> bool {
         self.inertia.value < 0.0 && self.drag.interval[1] < 0.0
+    }
+
+    /// Says of each figure that its interval is wide, and which motion would tell it; `speeds` are those of the
+    /// windows, in their order.
+    fn say_what_is_vague(&mut self, speeds: &[f64]) {
+        let together = self.apart(speeds);
+        for (figure, what, how) in [
+            (
+                self.inertia,
+                "the inertia",
+                "accelerate harder, at least till the current doubles",
+            ),
+            (
+                self.viscous,
+                "the viscous friction",
+                "move steadily at speeds of at least one to five",
+            ),
+            (
+                self.coulomb,
+                "the Coulomb friction",
+                "move steadily both ways at a slow speed",
+            ),
+        ] {
+            let is_said = together.is_some() && figure != self.inertia;
+            let half = 0.5 * (figure.interval[1] - figure.interval[0]);
+            let share = half / figure.value.abs();
+            // A value that is given all the same is not untold, only vague.
+            let how_far = if figure.is_told() {
+                format!("more closely than {:.0} %", 100.0 * share)
+            } else {
+                "from zero".to_owned()
+            };
+            if !(share <= TOLD_SHARE || is_said) {
+                self.untold.push(format!("{what} {how_far}: {how}"));
+            }
+        }
+        self.untold.extend(together);
+        if !self.is_one_body() {
+            self.untold.push(format!(
+                "inertia and friction with certainty: {:.0} % of the drive signal is not that of one body; gap and shaft move on their own, and the intervals do not hold",
+                100.0 * self.residual_share
+            ));
+        }
     }
 
     /// Widens the intervals of friction where the speeds of the windows, in their order, do not tell its parts

@@ -337,6 +337,40 @@ fn intervals_of_friction_that_falls_hold_the_truth() {
     assert!(worst[0] < 0.2 && worst[1] < 0.2, "{worst:?}");
 }
 
+/// A figure with a wide interval is given and said to be vague, not said to be untold.
+#[test]
+fn a_vague_figure_is_not_called_untold() {
+    // Strokes of nearly one speed, with noise as large as what viscous friction makes of its change.
+    let mut random = Random::new(18_450_017);
+    let speeds: [f64; 3] = [0.05, 0.08, 0.11];
+    let (mut place, mut places, mut drive) = (0.0_f64, Vec::new(), Vec::new());
+    for stroke in 0..24 {
+        let speed = speeds[stroke / 2 % 3] * if stroke % 2 == 0 { 1.0 } else { -1.0 };
+        for _ in 0..400 {
+            place += 1e-3 * speed;
+            places.push(place);
+            drive.push(100.0 * speed.signum() + 40.0 * speed + 40.0 * random.normal());
+        }
+    }
+    let time: Vec<f64> = (0..places.len())
+        .map(|sample| sample as f64 * 1e-3)
+        .collect();
+    let log = BodyLog::from_rows(&time, places, vec![], vec![], drive).unwrap();
+    let body = fit_body(&log, &Motion::of(&log)).unwrap();
+    let said: Vec<&String> = body
+        .untold
+        .iter()
+        .filter(|it| it.starts_with("the "))
+        .collect();
+    assert!(!said.is_empty());
+    for words in said {
+        assert!(
+            words.contains(" from zero: ") || words.contains(" more closely than "),
+            "{words}"
+        );
+    }
+}
+
 /// Friction that does not fall with speed: slow motion says how little it could, fast motion alone
 /// says that it cannot be told and which motion would.
 #[test]

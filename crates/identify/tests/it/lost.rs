@@ -169,3 +169,24 @@ fn a_load_that_is_thrown_between_its_flanks_is_told_apart() {
     let [low, high] = plain.total.interval;
     assert!(low - 1e-7 <= truth && truth <= high + 1e-7 && high - low < 0.2 * truth);
 }
+
+/// A load that follows its motor at once but for noise: nothing is lost, and no axis gains.
+#[test]
+fn nothing_lost_is_none_and_no_gain() {
+    for seed in 31_700..31_706 {
+        let mut random = Random::new(seed);
+        let time: Vec<f64> = (0..10_000).map(|sample| f64::from(sample) * 1e-3).collect();
+        let motor: Vec<f64> = time.iter().map(|t| 0.03 * math::sin(6.0 * t)).collect();
+        let load = motor.iter().map(|place| place + 1e-6 * random.normal());
+        let load = load.collect();
+        let log = BodyLog::from_rows(&time, motor, load, Vec::new(), Vec::new()).unwrap();
+        let Ok(lost) = fit_lost_motion(&log, None) else {
+            continue;
+        };
+        let [low, high] = lost.total.interval;
+        assert!(
+            lost.total.value >= 0.0 && low == 0.0 && high < 5e-6,
+            "{seed}: {lost:?}"
+        );
+    }
+}
