@@ -5,7 +5,7 @@ use crate::output::{self, DONE, Failure};
 use clap::Args;
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::logs::{
-    AxisLog, AxisOptions, ColumnSpec, LogReader, ReadOptions, Role, Row, read_axis,
+    AxisLog, AxisOptions, ColumnSpec, Format, LogReader, ReadOptions, Role, Row, read_axis,
 };
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -241,7 +241,12 @@ pub(crate) fn overview(args: &LogOverview) -> Result<u8, Failure> {
         if scale * pace.shortest_s <= 0.0 {
             text += "  rows are not in order of time, or stand twice\n";
         } else if scale * pace.longest_s > MISSING_FROM * mean_s {
-            text += "  rows are missing\n";
+            // camonitor is silent while a value stays.
+            text += if header.format == Format::Camonitor {
+                "  nothing changed for a while\n"
+            } else {
+                "  rows are missing\n"
+            };
         }
         for &place in members {
             let (Some(channel), Some(extent)) = (header.channels.get(place), extents.get(place))

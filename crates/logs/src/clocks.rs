@@ -1,5 +1,13 @@
 //! Channels of different clocks on one of them.
 
+/// Time between two changes, in usual ones, from which on nothing changed in between. A choice: a recorder's
+/// stamps jitter by a quarter of its period, one late and one early.
+const SILENT_FROM: f64 = 1.5;
+
+/// Change across a silence, in the largest of a step while nothing is silent, up to which nothing was missed. A
+/// choice: an axis starts from rest no faster than it moves.
+const LARGEST_STEP: f64 = 1.5;
+
 /// Samples of the channels of one clock.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
@@ -74,6 +82,68 @@ impl Track {
         self.columns.iter_mut().for_each(keep);
         let mut kept = keeps.iter();
         self.line.retain(|_| kept.next().is_none_or(|keep| *keep));
+    }
+
+    /// Puts rows with the value before them where a recorder that writes changes alone was silent, at its
+    /// usual pace, up to so many rows in all; returns how many. A change across the silence that is larger
+    /// than any of one step was not seen: there rows are missing.
+    pub(crate) fn hold(&mut self, max_rows: usize) -> usize {
+        let mut steps: Vec<f64> = self.time_s.windows(2).map(|two| two[1] - two[0]).collect();
+        if steps.is_empty() {
+            return 0;
+        }
+        let middle = steps.len() / 2;
+        let (_, &mut period_s, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+        let is_silent = |two: &[f64]| two[1] - two[0] > SILENT_FROM * period_s;
+        // The largest change of a step.
+        let largest: Vec<f64> = self
+            .columns
+            .iter()
+            .map(|column| {
+                let pairs = column.windows(2).zip(self.time_s.windows(2));
+                let usual = pairs.filter(|(_, time)| !is_silent(time));
+                usual.fold(0.0, |most: f64, (two, _)| most.max((two[1] - two[0]).abs()))
+            })
+            .collect();
+        let mut held = Track {
+            counted: self.counted,
+            ..Track::new(self.columns.len())
+        };
+        let mut room = max_rows.saturating_sub(self.len());
+        for row in 0..self.len() {
+            let push = |held: &mut Track, time_s: f64| {
+                held.time_s.push(time_s);
+                held.line.push(self.line[row]);
+                for (to, from) in held.columns.iter_mut().zip(&self.columns) {
+                    to.push(from[row]);
+                }
+            };
+            push(&mut held, self.time_s[row]);
+            let Some(&next_s) = self.time_s.get(row + 1) else {
+                break;
+            };
+            let rests = self.columns.iter().zip(&largest).all(|(column, most)| {
+                (column[row + 1] - column[row]).abs() <= LARGEST_STEP * *most
+            });
+            if !is_silent(&[self.time_s[row], next_s]) || !rests {
+                continue;
+            }
+            // As many steps as fit, each as long as the usual one: the next row is one behind the last.
+            let steps = ((next_s - self.time_s[row]) / period_s).round();
+            let step_s = (next_s - self.time_s[row]) / steps;
+            // A float-to-int cast saturates.
+            let more = (steps as usize).saturating_sub(1);
+            if more > room {
+                continue;
+            }
+            room -= more;
+            for place in 1..=more {
+                push(&mut held, self.time_s[row] + place as f64 * step_s);
+            }
+        }
+        let more = held.len() - self.len();
+        *self = held;
+        more
     }
 
     /// Keeps each `step`th row from `first` on.
@@ -160,6 +230,31 @@ mod tests {
             columns: vec![time_s.iter().map(|&t| of(t)).collect()],
             time_s,
         }
+    }
+
+    #[test]
+    fn a_silent_recorder_holds_its_value() {
+        let mut rests = track(0.1, 40, |t| t);
+        // From 1.0 to 2.0 s nothing changed: the value of then goes on by a step.
+        rests.leave_out(&(11..20).collect::<Vec<_>>());
+        for value in &mut rests.columns[0][11..] {
+            *value -= 0.9;
+        }
+        let mut lost = rests.clone();
+        assert_eq!(rests.hold(1000), 9);
+        assert_eq!(rests.len(), 40);
+        for (row, (time, value)) in rests.time_s.iter().zip(&rests.columns[0]).enumerate() {
+            assert!((time - 0.1 * row as f64).abs() < 1e-9, "{row}: {time}");
+            let held = time.min(1.0).max(time - 0.9);
+            assert!((value - held).abs() < 1e-9, "{row}: {value}");
+        }
+        // No more than was asked for.
+        assert_eq!(lost.clone().hold(35), 0);
+        // Half a second of motion that was not written is missing, not held.
+        lost.columns[0][11..]
+            .iter_mut()
+            .for_each(|value| *value += 0.5);
+        assert_eq!(lost.hold(1000), 0);
     }
 
     #[test]

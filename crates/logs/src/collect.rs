@@ -4,7 +4,7 @@ use crate::clocks::{Track, on_one_clock};
 use crate::error::LogError;
 use crate::reader::LogReader;
 use crate::roles::Assigned;
-use crate::source::Row;
+use crate::source::{Format, Row};
 
 /// Which rows of a log are taken.
 #[derive(Clone, Copy, Debug)]
@@ -170,6 +170,9 @@ impl Collector {
                 rows_of(&tracks)
             ));
         }
+        if header.format == Format::Camonitor {
+            hold(&mut tracks, part.max_rows, said);
+        }
         let scale = reader.time_scale_s();
         let mut merged = if tracks.len() == 1 {
             let track = tracks.pop().unwrap_or_default();
@@ -204,5 +207,15 @@ impl Collector {
         columns.sort_by_key(|(role, _)| *role);
         merged.columns = columns.into_iter().map(|(_, column)| column).collect();
         Ok(merged)
+    }
+}
+
+/// Fills in what camonitor does not write: it is silent while a value stays.
+fn hold(tracks: &mut [Track], max_rows: usize, said: &mut Vec<String>) {
+    let held: usize = tracks.iter_mut().map(|track| track.hold(max_rows)).sum();
+    if held > 0 {
+        said.push(format!(
+            "{held} values were held where nothing changed, since camonitor writes changes alone"
+        ));
     }
 }

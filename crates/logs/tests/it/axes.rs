@@ -258,3 +258,25 @@ fn times_that_would_be_far_apart_need_a_unit() {
         assert_eq!(log.time_s[3], 3.0 * worth);
     }
 }
+
+/// camonitor writes changes alone: a rest is no missing row.
+#[test]
+fn a_rest_in_a_record_of_changes_is_held() {
+    let mut text = String::new();
+    for tick in 0..60_i32 {
+        // 2 s of motion, 2 s of rest, 2 s back; the last change of the rest is that of its beginning.
+        let place = f64::from(tick.min(20) - (tick - 40).max(0));
+        let stamp = format!("2026-03-20 10:00:{:02}.{}00000", tick / 10, tick % 10);
+        for name in ["AX:MOTOR", "AX:LOAD"] {
+            if !(21..=40).contains(&tick) {
+                text += &format!("{name} {stamp} {place}\n");
+            }
+        }
+    }
+    let options = options(&["motor=AX:MOTOR,unit=mm", "load=AX:LOAD,unit=mm"]);
+    let log = read_axis(text.as_bytes(), "log", &options).unwrap();
+    assert_eq!((log.motor.len(), &log.motor), (60, &log.load));
+    assert_eq!(&log.motor[18..24], [18.0, 19.0, 20.0, 20.0, 20.0, 20.0]);
+    assert_eq!(&log.motor[38..43], [20.0, 20.0, 20.0, 19.0, 18.0]);
+    assert!(says(&log, "40 values were held"), "{:?}", log.said);
+}
