@@ -53,6 +53,37 @@ impl Datum<'_> {
     }
 }
 
+/// Data without which the machine would be another one: a gap is never made up, nor what units and kinds of
+/// axes are.
+const NEEDED: [&str; 4] = [
+    "MA_BACKLASH",
+    "MA_BACKLASH_FACTOR",
+    "MA_IS_ROT_AX",
+    "MN_SCALING_SYSTEM_IS_METRIC",
+];
+
+/// What is wrong with the archive.
+#[derive(Default)]
+struct Wrong {
+    /// For these it is refused.
+    problems: Vec<Problem>,
+    /// Lines that are left out for a value that is none.
+    left_out: BTreeSet<usize>,
+}
+
+impl Wrong {
+    /// Takes down what is wrong with a datum; the report says it where it is not needed. A datum that is
+    /// looked at twice is told once.
+    fn note(&mut self, draft: &mut Draft, (name, value): (&str, &str), found: Problem) {
+        if NEEDED.contains(&name) {
+            self.problems.push(found);
+        } else if self.left_out.insert(found.line as usize) {
+            let note = format!("line {}: {}: left out", found.line, found.message);
+            draft.row(found.key, value, Fate::Ignored, note);
+        }
+    }
+}
+
 /// On or off.
 fn switch(datum: &Datum<'_>) -> Result<bool, Problem> {
     match datum.value.to_ascii_uppercase().as_str() {
@@ -114,7 +145,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Sinumerik");
     draft.dialect = Some("siemens");
     draft.control = Some(Control::Siemens);
-    let (mut data, mut problems) = (Vec::new(), Vec::new());
+    let (mut data, mut wrong) = (Vec::new(), Wrong::default());
     for (index, line) in text.lines().enumerate() {
         match datum(index + 1, line) {
             Ok(Some(found)) => data.push(found),
@@ -130,7 +161,10 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                     );
                 }
             }
-            Err(found) => problems.push(found),
+            Err(found) => {
+                let own = line.split(['$', '[', '=']).nth(1).unwrap_or_default();
+                wrong.note(&mut draft, (own.trim(), line.trim()), found);
+            }
         }
     }
     // Every file within an archive ends with M17.
@@ -150,7 +184,8 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         let Some(number) = number.filter(|number| *number < MOST_AXES) else {
             let hint = "names are written as $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"";
             let message = "names no machine axis by its place";
-            problems.push(problem(datum.line, &datum.key(), message, hint));
+            let found = problem(datum.line, &datum.key(), message, hint);
+            wrong.note(&mut draft, (datum.name, datum.value), found);
             continue;
         };
         {
@@ -170,7 +205,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             match is_on(datum) {
                 Ok(true) => axes.extend(datum.index.last().copied()),
                 Ok(false) => {}
-                Err(found) => problems.push(found),
+                Err(found) => wrong.note(&mut draft, (name, datum.value), found),
             }
         }
         axes
@@ -181,16 +216,19 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let turning = with("MA_IS_ROT_AX", switch);
     let (mut guessed, mut units) = (Vec::new(), BTreeSet::new());
     for datum in &data {
+        if wrong.left_out.contains(&datum.line) {
+            continue;
+        }
         let key = datum.key();
         if datum.name == "MN_SCALING_SYSTEM_IS_METRIC" {
             let is_metric = switch(datum).unwrap_or_else(|found| {
-                problems.push(found);
+                wrong.problems.push(found);
                 true
             });
             if !is_metric {
                 let message = "the machine's data are in inches, which are not read";
                 let hint = "switch the basic system to metric and write the archive again";
-                problems.push(problem(datum.line, &key, message, hint));
+                wrong.problems.push(problem(datum.line, &key, message, hint));
             }
             draft.row(key, datum.value, Fate::Used, "unit of the data");
             continue;
@@ -221,7 +259,16 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         }
         match take(&mut draft, datum, &data, axis) {
             Ok(unit) => units.extend(unit),
-            Err(found) => problems.push(found),
+            // Of a gap's weight it is the gap that lacks it.
+            Err(found) => {
+                let other = data.iter().find(|it| it.line == found.line as usize);
+                if found.line as usize != datum.line {
+                    let note = format!("line {} is needed for it and has no value", found.line);
+                    draft.row(key, datum.value, Fate::Ignored, note);
+                }
+                let value = other.map_or(datum.value, |it| it.value);
+                wrong.note(&mut draft, (datum.name, value), found);
+            }
         }
     }
     for (name, unit) in units {
@@ -232,12 +279,13 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         let why = "its name in MD10000 is not in the file: by its number";
         draft.row(name, format!("axis {axis}"), Fate::Guessed, why);
     }
-    if draft.axes.is_empty() && problems.is_empty() {
+    if draft.axes.is_empty() && wrong.problems.is_empty() {
         let hint = "write the archive as text with the axes' machine data ($MA_...)";
-        problems.push(problem(1, "", "there is no machine data of an axis", hint));
+        let message = "there is no machine data of an axis";
+        wrong.problems.push(problem(1, "", message, hint));
     }
-    if !problems.is_empty() {
-        return Err(problems);
+    if !wrong.problems.is_empty() {
+        return Err(wrong.problems);
     }
     for named in names
         .iter()

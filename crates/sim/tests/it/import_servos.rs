@@ -106,8 +106,10 @@ fn sinumerik_compensations_that_are_left_out_are_named() {
     let (told, _) = read("nc.arc", &data(0));
     let found = note(&told, "$MA_FRICT_COMP_CONST_MAX[0,AX1]");
     assert!(found.contains("which is off"), "{found}");
-    let bad = refused("nc.arc", &data(1).replace("=0.015", "=soon"));
-    assert!(bad.contains("`soon` is not a number"), "{bad}");
+    // It is not carried anyway: a value that is none is told.
+    let (told, _) = read("nc.arc", &data(1).replace("=0.015", "=soon"));
+    let found = note(&told, "$MA_FRICT_COMP_TIME[0,AX1]");
+    assert!(found.contains("`soon` is not a number"), "{found}");
 }
 
 const FANUC: &str = "%\nN01001P00000000\nN01006Q1A1P00000000A2P00000001\nN01020Q1A1P88A2P65\nN01320Q1A1P10000A2P99999999\nN01321Q1A1P-762000A2P-99999999\nN01420Q1A1P30000A2P7200\nN01620Q1A1P125A2P100\nN01800P00010000\nN01828Q1A1P8000A2P8000\nN01829Q1A1P500A2P500\nN01851Q1A1P12A2P4\nN01852Q1A1P20A2P4\nN01851Q2A1P99\nN02020Q1A1P300\n%\n";
@@ -297,4 +299,43 @@ fn mtconnect_devices() {
         &text.replace("MILLIMETER\"><Max", "FURLONG\"><Max"),
     );
     assert!(bad.contains("unit `FURLONG` is not known here"), "{bad}");
+}
+
+#[test]
+fn a_value_that_is_none_is_left_out_of_an_archive_and_told() {
+    // A speed that is no number, and a line that was cut.
+    let bad = SINUMERIK
+        .replace("VELO[AX1]=30000 '2f", "VELO[AX1]=3O000")
+        .replace("MA_POS_LIMIT_PLUS[0,AX1]=10", "MA_POS_LIMIT_PLUS[0,AX1");
+    let (told, machine) = read("nc.arc", &bad);
+    let row = |key: &str| told.rows.iter().find(|row| row.key.contains(key)).unwrap();
+    let speed = row("MA_MAX_AX_VELO[AX1]");
+    assert_eq!((speed.value.as_str(), speed.fate), ("3O000", Fate::Ignored));
+    assert!(
+        speed.note.contains("line 6: `3O000` is not a number"),
+        "{}",
+        speed.note
+    );
+    let cut = row("MA_POS_LIMIT_PLUS[0,AX1");
+    assert!(cut.note.contains("line 12: is no datum"), "{}", cut.note);
+    // The rest is what it was.
+    let x = machine.axis(AxisId::X).unwrap();
+    assert!(near(x.config.gap_in_unit(), 0.012) && near(x.limits.acceleration, 4000.0));
+    // What is needed is not made up.
+    for (from, to, what) in [
+        (
+            "BACKLASH[0,AX1]=0.012",
+            "BACKLASH[0,AX1]=O.012",
+            "MA_BACKLASH[0,AX1]",
+        ),
+        ("IS_ROT_AX[AX2]=1", "IS_ROT_AX[AX2]=l", "MA_IS_ROT_AX[AX2]"),
+        (
+            "BACKLASH[0,AX1]=0.012",
+            "BACKLASH[0,AX1",
+            "MA_BACKLASH[0,AX1",
+        ),
+    ] {
+        let error = refused("nc.arc", &SINUMERIK.replace(from, to));
+        assert!(error.contains(what), "{error}");
+    }
 }
