@@ -248,6 +248,10 @@ pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
         }
         // `| head` has read enough.
         Err(WriterError::Io(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(DONE),
+        Err(error @ WriterError::Turned { .. }) => Err(Failure::with_hint(
+            format!("{}: {error}", source.name()),
+            "have the CAM system write the moves without G68 or G68.2, in the coordinates of the machine's axes",
+        )),
         Err(error) => Err(Failure::message(format!("{}: {error}", source.name()))),
     }
 }

@@ -321,6 +321,15 @@ pub enum WriterError {
         /// The block that the operation came from.
         block: BlockRef,
     },
+    /// Coordinates are turned, or the plane tilted: plain lines and arcs have neither.
+    #[error(
+        "{}: coordinates are turned or the plane is tilted from here on (G68, G68.2), which plain lines and arcs cannot say",
+        block.span
+    )]
+    Turned {
+        /// The block that turns them.
+        block: BlockRef,
+    },
     /// A block that was written is refused when it is read.
     #[error("{}: the block `{line}` that it would become is refused: {problem}", block.span)]
     Refused {
@@ -386,6 +395,13 @@ impl WriterError {
         got: Option<&CanonicalOp>,
         text: &str,
     ) -> WriterError {
+        if let Some(sourced) = expected
+            && matches!(sourced.op, CanonicalOp::SetTilt(Some(_)))
+        {
+            return WriterError::Turned {
+                block: sourced.block,
+            };
+        }
         WriterError::NotWritable {
             op: expected.map_or("nothing".to_owned(), |sourced| sourced.op.to_string()),
             got: got.map_or(String::new(), |got| {

@@ -1,7 +1,9 @@
 //! Formatting changes nothing that a program does; what is written is read as the same.
 use crate::programs::{line, program};
 use lostmotion_gcode::syntax::{Block, parse_block};
-use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Limits, MotionFold, MotionItem, Program};
+use lostmotion_gcode::{
+    CanonicalOp, Dialect, InterpreterConfig, Limits, MotionFold, MotionItem, Program,
+};
 use lostmotion_gcode_tools::document::{Document, EditError, block_text};
 use lostmotion_gcode_tools::format::{
     Case, FormatOptions, LineNumbers, format, refers_to_line_numbers,
@@ -236,6 +238,12 @@ fn what_has_no_block_is_refused_by_name() {
     .unwrap_err();
     assert!(
         matches!(error, WriterError::RotatedArc { degrees: 30.0, .. }),
+        "{error}"
+    );
+    let turning = InterpreterConfig::default().with_dialect(Dialect::Fanuc);
+    let error = written(b"G21 G90 F100\nG68 X0 Y0 R30\nG1 X9\nM30\n", &turning, 1).unwrap_err();
+    assert!(
+        matches!(error, WriterError::Turned { .. }) && error.to_string().contains("line 2"),
         "{error}"
     );
     let error = written(b"G1 X1\nM2\n", &InterpreterConfig::default(), 1).unwrap_err();

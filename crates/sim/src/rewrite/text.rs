@@ -48,7 +48,10 @@ fn kept_by_writing(code: f64) -> Option<&'static str> {
         50..=53 => "write splines as short lines",
         330..=331 | 760..=762 => "it goes with the spindle: put it into a program of its own",
         382..=385 => "it ends where the probe touches: put it into a program of its own",
-        160 | 510..=511 | 680 | 682 => "have the moves written as the machine goes them",
+        160 | 510..=511 => "have the moves written as the machine goes them",
+        680 | 682 => {
+            "`lostmotion gcode write` cannot make plain lines of it either: have the CAM system write the moves in the coordinates of the machine's axes"
+        }
         930 => "write feeds a minute (G94)",
         _ => return None,
     })
