@@ -173,6 +173,27 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// A duration with the one before: `61.3 s in place of 58.0 s`; `61.3 s, 12.5 ms longer` where both would read
+/// alike, and `61.3 s, as before` where they are.
+pub fn duration_in_place(after_s: f64, before_s: f64) -> String {
+    let [after, before] = [after_s, before_s].map(duration);
+    if after != before {
+        return format!("{after} in place of {before}");
+    }
+    let more_ms = 1e3 * (after_s - before_s);
+    // Microseconds are of rounding.
+    if more_ms.is_nan() || more_ms.abs() < 1e-2 {
+        return format!("{after}, as before");
+    }
+    let (size, unit) = if more_ms.abs() < 1e3 {
+        (fixed(more_ms.abs(), 2), "ms")
+    } else {
+        (fixed(1e-3 * more_ms.abs(), 1), "s")
+    };
+    let way = if more_ms > 0.0 { "longer" } else { "shorter" };
+    format!("{after}, {size} {unit} {way}")
+}
+
 /// A value cut to a number of decimals, as `f64`: the nearest number that prints that short.
 pub fn round_to(value: f64, decimals: usize) -> f64 {
     let scale = POWERS_OF_TEN[decimals.min(POWERS_OF_TEN.len() - 1)] as f64;
@@ -233,6 +254,10 @@ mod tests {
         assert_eq!(duration(61.26), "61.3 s");
         assert_eq!(duration(605.0), "10 min 5 s");
         assert_eq!(duration(7384.0), "2 h 3 min");
+        assert_eq!(duration_in_place(61.3, 58.0), "61.3 s in place of 58.0 s");
+        assert_eq!(duration_in_place(61.26, 61.3), "61.3 s, 40.00 ms shorter");
+        assert_eq!(duration_in_place(7390.0, 7384.0), "2 h 3 min, 6.0 s longer");
+        assert_eq!(duration_in_place(8.41, 8.41), "8.410 s, as before");
         assert_eq!(percent(0.0213), "2.1 %");
         assert_eq!(percent(1.8), "180 %");
         assert_eq!(fixed(-0.0004, 2), "0.00");

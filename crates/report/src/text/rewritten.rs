@@ -3,7 +3,7 @@
 use super::TextOptions;
 use super::parts::count;
 use super::table::{Align, Cell, Table};
-use crate::number::{duration, error, percent, plain};
+use crate::number::{duration_in_place, error, percent, plain};
 use lostmotion_sim::rewrite::results::{Leaves, Rewritten};
 
 /// The whole answer: what was written, what is left, what it costs. `name` is that of the new file.
@@ -44,9 +44,8 @@ pub fn rewritten(name: &str, answer: &Rewritten, options: &TextOptions) -> Strin
         ));
     }
     out.push_str(&format!(
-        "duration {} in place of {}\n",
-        duration(answer.time_after_s),
-        duration(answer.time_before_s)
+        "duration {}\n",
+        duration_in_place(answer.time_after_s, answer.time_before_s)
     ));
     out.push_str("\ntool off the contour of the original while it cuts, um\n");
     let mut table = Table::new(&[

@@ -175,12 +175,8 @@ pub fn recommend(
         let run = simulate(program, machine, &without_tests(&options), vec![baseline()])?;
         answer.runs += 1;
         fill_baseline(&mut answer, machine, &run);
-        answer.notes.push(format!(
-            "the control stops {} to take the gap up: {:.2} s in place of {:.2}",
-            control.stops().place(),
-            first.plan.duration_s,
-            run.plan.duration_s
-        ));
+        let [with_s, without_s] = [first.plan.duration_s, run.plan.duration_s];
+        answer.notes.extend(stops_cost(control, with_s, without_s));
     }
     let curves = match curve_trials(control, &first, &trials) {
         curves if curves.is_empty() => None,
@@ -686,6 +682,22 @@ fn axes(set: &Machine) -> Vec<ToldAxis> {
         }
     }
     all
+}
+
+/// What stops to take the gap up cost of a program's time, s; nothing where that is next to nothing.
+fn stops_cost(control: Control, with_s: f64, without_s: f64) -> Option<String> {
+    let more_s = with_s - without_s;
+    let cost = if more_s.abs() >= 0.01 {
+        format!("{with_s:.2} s in place of {without_s:.2}")
+    } else if more_s.abs() >= 1e-5 {
+        format!("{:.2} ms of {without_s:.2} s", 1e3 * more_s)
+    } else {
+        return None;
+    };
+    let place = control.stops().place();
+    Some(format!(
+        "the control stops {place} to take the gap up: {cost}"
+    ))
 }
 
 /// The ways in which a control can be set: each method that it has, with the amounts that are sought.

@@ -203,8 +203,14 @@ fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
         .filter(|axis| axis.saturated_samples > 0 && !stops(axis))
     {
         let seconds = servo.seconds(axis.saturated_samples);
+        // A period of the servo is less than a millisecond.
+        let time = if seconds < 0.01 {
+            format!("{:.3} ms", 1e3 * seconds)
+        } else {
+            format!("{seconds:.3} s")
+        };
         notes.push(format!(
-            "axis {}: the drive was at its current or voltage limit for {seconds:.3} s",
+            "axis {}: the drive was at its current or voltage limit for {time}",
             axis.axis
         ));
     }
