@@ -453,7 +453,7 @@ impl Crossing {
         let mut torque = (self.twin.motor_inertia() + carried) * offset.acceleration
             + self.twin.motor_viscous() * offset.velocity;
         // the motor's Coulomb friction with the traverse less that of the twin, which the servo
-        // already overcomes
+        // already overcomes; one that does not move yet has none of either sign
         if crossing {
             let speed = now.motor_velocity + offset.velocity;
             let friction = if speed == 0.0 {
@@ -467,8 +467,7 @@ impl Crossing {
             // in the middle of the time over which the torque is held, as late as the current is
             let ahead = 0.5 + self.current.lag;
             let twins = now.torque + (state.twin.torque - now.torque) * ahead;
-            torque += std::env::var("MOV").map_or(1.0, |v| v.parse::<f64>().unwrap_or(1.0))
-                * (state.traverse.carried(twins, load.stiffness, ahead) - twins);
+            torque += state.traverse.carried(twins, load.stiffness, ahead) - twins;
         }
         Correction {
             position: offset.position + wound,

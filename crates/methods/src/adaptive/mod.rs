@@ -104,7 +104,9 @@ pub struct AdaptiveSettings {
 
 impl Default for AdaptiveSettings {
     fn default() -> AdaptiveSettings {
-        AdaptiveSettings { torque_share: TORQUE_SHARE }
+        AdaptiveSettings {
+            torque_share: TORQUE_SHARE,
+        }
     }
 }
 

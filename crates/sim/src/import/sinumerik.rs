@@ -228,7 +228,9 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             if !is_metric {
                 let message = "the machine's data are in inches, which are not read";
                 let hint = "switch the basic system to metric and write the archive again";
-                wrong.problems.push(problem(datum.line, &key, message, hint));
+                wrong
+                    .problems
+                    .push(problem(datum.line, &key, message, hint));
             }
             draft.row(key, datum.value, Fate::Used, "unit of the data");
             continue;
