@@ -165,17 +165,24 @@ impl BacklashLog {
             .is_some_and(|range| range.contains(&true))
     }
 
-    /// The same with the load put right where its lengths or its clock are certainly not the motor's.
-    pub(crate) fn put_right(&self) -> Self {
-        let pair = Pair {
+    /// The motor and the load beside it.
+    fn pair(&self) -> Pair<'_> {
+        Pair {
             period_s: self.period_s,
             motor: &self.motor,
             load: &self.load,
             drive: &self.current,
             lost: &self.lost,
-        };
+        }
+    }
+
+    /// The same with the load put right where its lengths or its clock are certainly not the motor's.
+    pub(crate) fn put_right(&self) -> Self {
         let mut log = self.clone();
-        if let Some(right) = pair.put_right(&Motion::in_positions(&self.motor, self.period_s)) {
+        if let Some(right) = self
+            .pair()
+            .put_right(&Motion::in_positions(&self.motor, self.period_s))
+        {
             (log.load, log.lost, log.load_off) = (right.load, right.lost, Some(right.off));
         }
         log
@@ -183,14 +190,7 @@ impl BacklashLog {
 
     /// The same with a load that was read so much later than it is in this one, s.
     pub(crate) fn with_late_taken_off(&self, late_s: f64) -> Self {
-        let pair = Pair {
-            period_s: self.period_s,
-            motor: &self.motor,
-            load: &self.load,
-            drive: &self.current,
-            lost: &self.lost,
-        };
-        let (load, lost) = pair.without(&LoadOff {
+        let (load, lost) = self.pair().without(&LoadOff {
             late_s,
             ..LoadOff::default()
         });

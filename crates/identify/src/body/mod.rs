@@ -176,14 +176,7 @@ impl BodyLog {
         if self.load.is_empty() {
             return self;
         }
-        let pair = load_off::Pair {
-            period_s: self.period_s,
-            motor: &self.motor,
-            load: &self.load,
-            drive: &self.drive,
-            lost: &self.lost,
-        };
-        if let Some(right) = pair.put_right(motion) {
+        if let Some(right) = self.pair().put_right(motion) {
             (self.load, self.lost, self.load_off) = (right.load, right.lost, Some(right.off));
         }
         self
@@ -196,16 +189,20 @@ impl BodyLog {
         if self.load.len() != self.motor.len() || self.load_off.is_some() || off.late_s == 0.0 {
             return self;
         }
-        let pair = load_off::Pair {
+        (self.load, self.lost) = self.pair().without(&off);
+        self.load_off = Some(off);
+        self
+    }
+
+    /// The motor and the load beside it.
+    fn pair(&self) -> load_off::Pair<'_> {
+        load_off::Pair {
             period_s: self.period_s,
             motor: &self.motor,
             load: &self.load,
             drive: &self.drive,
             lost: &self.lost,
-        };
-        (self.load, self.lost) = pair.without(&off);
-        self.load_off = Some(off);
-        self
+        }
     }
 
     /// How the load was off the motor; `None` where nothing was taken off.
