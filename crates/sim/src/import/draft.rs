@@ -1,5 +1,6 @@
 //! A machine as far as a format describes it; `fill` adds the rest.
 
+use super::gantry::{DraftGantry, FurtherMotor};
 use crate::control::Control;
 use lostmotion_base::AxisId;
 use lostmotion_gcode::Units;
@@ -138,6 +139,8 @@ pub(super) struct DraftAxis {
     pub(super) stepper: Option<StepperDraft>,
     /// What the control does about the gap.
     pub(super) carried: Option<Carried>,
+    /// The motors behind the first, whose gap is `gap`.
+    pub(super) further: Vec<FurtherMotor>,
 }
 
 impl DraftAxis {
@@ -155,17 +158,18 @@ impl DraftAxis {
             standstill_error: None,
             stepper: None,
             carried: None,
+            further: Vec::new(),
         }
     }
 
     /// The control runs a method on this axis.
     pub(super) fn carry(&mut self, method: &'static str, settings: Vec<(&'static str, f64)>) {
-        let gap = self.gap.as_ref().filter(|gap| gap.value > 0.0);
-        self.carried = gap.map(|gap| Carried {
+        let carried = self.gaps().find(|gap| gap.value > 0.0).map(|gap| Carried {
             method,
             settings,
             from: gap.from.clone(),
         });
+        self.carried = carried;
     }
 
     /// What the report says of that.
@@ -240,6 +244,8 @@ pub(super) struct Draft {
     pub(super) offsets: Vec<(&'static str, AxisId, Told)>,
     pub(super) tools: Vec<ToolDraft>,
     pub(super) axes: Vec<DraftAxis>,
+    /// The axis that two motors drive, each with its own gap.
+    pub(super) gantry: Option<DraftGantry>,
     /// Axes that have to be there, and why: one that is not was lost with a part of the file.
     pub(super) expected: Vec<(AxisId, &'static str)>,
     pub(super) rows: Vec<Row>,
@@ -264,6 +270,7 @@ impl Draft {
             offsets: Vec::new(),
             tools: Vec::new(),
             axes: Vec::new(),
+            gantry: None,
             expected: Vec::new(),
             rows: Vec::new(),
         }
@@ -286,16 +293,19 @@ impl Draft {
     /// A gap of zero tells that the control compensates nothing, and nothing of the machine.
     pub(super) fn forget_zero_gaps(&mut self) {
         for axis in &mut self.axes {
-            let Some(gap) = axis.gap.take_if(|gap| gap.value == 0.0) else {
-                continue;
-            };
-            let rows = self.rows.iter_mut();
-            for row in rows.filter(|row| row.key == gap.from && row.fate == Fate::Used) {
-                row.fate = Fate::Ignored;
-                row.note = format!(
-                    "{}: the control compensates nothing, the gap itself is not told",
-                    axis.id
-                );
+            let further = axis.further.iter_mut().map(|motor| &mut motor.gap);
+            for gap in std::iter::once(&mut axis.gap).chain(further) {
+                let Some(gap) = gap.take_if(|gap| gap.value == 0.0) else {
+                    continue;
+                };
+                let rows = self.rows.iter_mut();
+                for row in rows.filter(|row| row.key == gap.from && row.fate == Fate::Used) {
+                    row.fate = Fate::Ignored;
+                    row.note = format!(
+                        "{}: the control compensates nothing, the gap itself is not told",
+                        axis.id
+                    );
+                }
             }
         }
     }

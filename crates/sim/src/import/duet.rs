@@ -2,7 +2,7 @@
 //!
 //! M92 steps/mm, M203 mm/min, M201 mm/s2, M208 travel (`X0:200`, or S1 for the lower ends and S0
 //! for the upper ones), M350 microsteps, M906 peak current in mA, M425 gap with its multiple S,
-//! M669 kinematics (K0 cartesian, K1 CoreXY), M550 name; files that M98 calls. See
+//! M584 drivers, M669 kinematics (K0 cartesian, K1 CoreXY), M550 name; files that M98 calls. See
 //! <https://docs.duet3d.com/User_manual/Reference/Gcodes>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
@@ -46,6 +46,8 @@ struct Whole {
     is_corexy: bool,
     multiple: f64,
     bytes: usize,
+    /// Drivers of axes behind their first.
+    further: Vec<(AxisId, String)>,
 }
 
 /// Reads the file.
@@ -62,6 +64,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         is_corexy: false,
         multiple: USUAL_MULTIPLE,
         bytes: 0,
+        further: Vec::new(),
     };
     file(
         text,
@@ -78,6 +81,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     if !problems.is_empty() {
         return Err(problems);
     }
+    draft.add_motors(&whole.further);
     let multiple = whole.multiple;
     draft.carry("fixed-by-travel", |_| vec![("multiple", multiple)]);
     if whole.is_corexy {
@@ -192,6 +196,7 @@ fn take(draft: &mut Draft, code: &MCode, whole: &mut Whole) -> Result<(), Proble
                 "start from `machine show delta`",
             ));
         }
+        "M584" => drivers(draft, code, whole),
         "M566" => code.ignore(
             draft,
             "how suddenly corners are taken: no tolerance of the path",
@@ -256,4 +261,20 @@ fn travel(draft: &mut Draft, code: &MCode) -> Result<(), Problem> {
         }
     }
     Ok(())
+}
+
+/// `M584 X0 Y1:4`: several drivers of an axis are as many motors.
+fn drivers(draft: &mut Draft, code: &MCode, whole: &mut Whole) {
+    for (letter, text) in &code.words {
+        let name = code.name(*letter);
+        let Some(axis) = AxisId::from_letter(*letter) else {
+            draft.row(name, text.as_str(), Fate::Ignored, "no motor of an axis");
+            continue;
+        };
+        whole.further.retain(|(own, _)| *own != axis);
+        let further = text.split(':').skip(1);
+        let further = further.map(|driver| (axis, format!("{name} driver {}", driver.trim())));
+        whole.further.extend(further);
+        draft.row(name, text.as_str(), Fate::Used, format!("motors of {axis}"));
+    }
 }

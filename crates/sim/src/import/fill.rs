@@ -1,7 +1,7 @@
 //! What a description lacks, from a machine that lends it, and the whole as a machine file.
 
 use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, Told, float};
-use super::{Imported, USUAL_PRESET, problem, stepper};
+use super::{Imported, USUAL_PRESET, gantry, problem, stepper};
 use crate::control::Control;
 use crate::machine::{LimitsTable, Machine, MachineAxis, PathStops, Problem, presets};
 use lostmotion_base::units::{deg, rad};
@@ -133,6 +133,7 @@ pub(super) fn machine(
     let mut toml = head(&draft, preset);
     general(&draft, named.is_none(), &mut toml, &mut rows);
     positions(&draft, &travel, &mut toml, &mut rows)?;
+    gantry::table(&draft, &travel, &mut axes, &mut rows);
     toml.push_str(&axes);
     // Read back like any machine file. The lines of a problem would be those of the generated
     // text, which is not at hand then.

@@ -213,7 +213,9 @@ fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), P
         ["motor0", _, "microsteps"] => (Quantity::Microsteps, above_zero()?),
         ["motor0", _, "run_amps"] => (Quantity::PeakCurrent, above_zero()? * SQRT_2),
         [motor, ..] if motor.starts_with("motor") && *motor != "motor0" => {
-            let note = "a further motor of the axis: one moves it here";
+            let from = format!("{}.{motor}", path[..2].join("."));
+            draft.axis(axis, axis.is_rotary()).further_motor(&from);
+            let note = "a further motor of the axis, taken to be like the first";
             draft.row(name.as_str(), value, Fate::Ignored, note);
             return Ok(());
         }

@@ -1,7 +1,8 @@
 //! grbl's and grblHAL's settings: lines `$110=1500.000 (x rate, mm/min)`.
 //!
 //! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in
-//! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C. $140 to
+//! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C, and
+//! $170 to $175 (grblHAL) the offset of an axis' second motor. $140 to
 //! $149 differ from firmware to firmware: they are told.
 //! Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the
 //! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
@@ -72,7 +73,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     draft
         .expected
         .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
-    let (mut problems, mut settings) = (Vec::new(), Vec::new());
+    let (mut problems, mut settings, mut further) = (Vec::new(), Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
         match setting(&mut draft, index + 1, line.trim()) {
             Ok(found) => settings.extend(found),
@@ -119,7 +120,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             );
             continue;
         }
-        if let Err(problem) = take(&mut draft, setting, upwards) {
+        if let Err(problem) = take(&mut draft, setting, upwards, &mut further) {
             problems.push(problem);
         }
     }
@@ -131,6 +132,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             "it has to be what grbl answers to `$$`, with $110=... and so on",
         ));
     }
+    draft.add_motors(&further);
     // grblHAL where it was built with $160: a rapid before the move.
     if draft.axes.iter().any(|axis| axis.gap.is_some()) {
         draft.control = Some(Control::GrblHal);
@@ -200,7 +202,12 @@ fn of_driver_or_gap(comment: &str) -> &'static str {
     }
 }
 
-fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Problem> {
+fn take(
+    draft: &mut Draft,
+    setting: &Setting<'_>,
+    upwards: u32,
+    further: &mut Vec<(AxisId, String)>,
+) -> Result<(), Problem> {
     let Setting {
         line,
         code,
@@ -215,6 +222,12 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
         let (fate, note) = match code {
             22 | 23 => (Fate::Used, "where the machine's zero is"),
             140..150 => (Fate::Ignored, of_driver_or_gap(comment)),
+            // Told where the axis has two motors and a switch for each.
+            170..176 => {
+                let axis = AxisId::from_index((code % 10) as usize);
+                further.extend(axis.map(|axis| (axis, format!("{name} second motor"))));
+                (Fate::Used, "of the second motor of an axis, by which it is squared")
+            }
             150..160 => (
                 Fate::Ignored,
                 "of the motor's driver: the drive comes from the preset",

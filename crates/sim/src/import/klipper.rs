@@ -255,6 +255,14 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             "is it the printer's main file?",
         ));
     }
+    let sections = lines.last.keys();
+    let further: Vec<(AxisId, String)> = sections
+        .filter_map(|section| match axis_of(section)? {
+            (axis, false) => Some((axis, section.clone())),
+            _ => None,
+        })
+        .collect();
+    draft.add_motors(&further);
     if kinematics.is_some_and(|entry| entry.value == "corexy") && problems.is_empty() {
         draft.belts();
     }
@@ -303,7 +311,7 @@ fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(),
             name.as_str(),
             value,
             Fate::Ignored,
-            "a further motor of the axis: one moves it here",
+            "a further motor of the axis, taken to be like the first",
         );
         return Ok(());
     }

@@ -170,6 +170,13 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         }
     }
     limits.set(&mut draft);
+    let further: Vec<(AxisId, String)> = ini
+        .entries
+        .iter()
+        .filter(|entry| joints.is_further(&entry.section))
+        .filter_map(|entry| Some((joints.of(&entry.section)?.0, entry.section.clone())))
+        .collect();
+    draft.add_motors(&further);
     let units = (joints.units.linear, joints.units.angular);
     for (entry, text) in &tables {
         let Some(joint) = joints.of(&entry.section) else {
@@ -290,6 +297,14 @@ struct IniJoints {
 }
 
 impl IniJoints {
+    /// Whether it is the section of a joint behind the first of its axis.
+    fn is_further(&self, section: &str) -> bool {
+        let own = section.strip_prefix("JOINT_");
+        own.and_then(|own| own.parse::<usize>().ok())
+            .and_then(|joint| self.numbered.get(..=joint)?.split_last())
+            .is_some_and(|(own, before)| own.is_some() && before.contains(own))
+    }
+
     /// The axis whose section it is, and whether it turns.
     fn of(&self, section: &str) -> Option<Numbered> {
         if let Some(letter) = section.strip_prefix("AXIS_").filter(|_| self.words_too) {
@@ -332,7 +347,8 @@ fn by_place_of_letter(ini: &Ini, letters: &[Numbered]) -> Option<Vec<Option<Numb
 }
 
 /// Which of two values holds where a joint and its axis, or two joints of one axis, have one each:
-/// the tighter limit, since G-code has to keep both, and the wider gap.
+/// the tighter limit, since G-code has to keep both, and the wider gap; but two joints have their own
+/// gaps.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Rule {
     Smaller,
@@ -355,6 +371,8 @@ const RULES: [(&str, Rule); 8] = [
 struct Limit<'a> {
     entry: &'a Entry,
     axis: Numbered,
+    /// Whether it is of a motor behind the first of its axis.
+    is_further: bool,
     /// Its place among [`RULES`].
     key: usize,
     value: f64,
@@ -391,9 +409,21 @@ fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, 
     Ok(Some(Limit {
         entry,
         axis,
+        is_further: joints.is_further(&entry.section),
         key: place,
         value,
     }))
+}
+
+/// What a value is of: an axis, its key, and the section of a motor that has a gap of its own.
+type Place<'a> = (AxisId, usize, Option<&'a str>);
+
+impl<'a> Limit<'a> {
+    fn place(&self) -> Place<'a> {
+        let own = self.is_further && self.entry.key == "BACKLASH";
+        let section = own.then_some(self.entry.section.as_str());
+        (self.axis.0, self.key, section)
+    }
 }
 
 /// All values of axes.
@@ -406,8 +436,8 @@ impl<'a> Limits<'a> {
     }
 
     /// Where the values stand that hold, of each key of each axis: the first of equal ones.
-    fn holding(&self) -> BTreeMap<(AxisId, usize), usize> {
-        let mut held: BTreeMap<(AxisId, usize), usize> = BTreeMap::new();
+    fn holding(&self) -> BTreeMap<Place<'a>, usize> {
+        let mut held: BTreeMap<Place<'a>, usize> = BTreeMap::new();
         for (index, next) in self.0.iter().enumerate() {
             // Within a section LinuxCNC finds the first alone.
             let is_again = |other: &Limit<'_>| {
@@ -416,7 +446,7 @@ impl<'a> Limits<'a> {
             if self.0.iter().take(index).any(is_again) {
                 continue;
             }
-            let place = held.entry((next.axis.0, next.key)).or_insert(index);
+            let place = held.entry(next.place()).or_insert(index);
             let tighter = match RULES[next.key].1 {
                 Rule::Smaller => next.value < self.0[*place].value,
                 Rule::Larger => next.value > self.0[*place].value,
@@ -432,7 +462,7 @@ impl<'a> Limits<'a> {
     fn set(&self, draft: &mut Draft) {
         let held = self.holding();
         for limit in &self.0 {
-            let holds = held.get(&(limit.axis.0, limit.key));
+            let holds = held.get(&limit.place());
             let holds = holds.and_then(|at| self.0.get(*at)).unwrap_or(limit);
             let (axis, turns) = limit.axis;
             if !std::ptr::eq(holds, limit) {
@@ -458,6 +488,9 @@ impl<'a> Limits<'a> {
                 "MAX_JERK" => &mut draft_axis.jerk,
                 "FERROR" => &mut draft_axis.following_error,
                 "MIN_FERROR" => &mut draft_axis.standstill_error,
+                _ if limit.is_further => {
+                    &mut draft_axis.further_motor(&limit.entry.section).gap
+                }
                 _ => &mut draft_axis.gap,
             };
             *slot = Some(Told {

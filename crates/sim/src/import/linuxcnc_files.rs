@@ -369,7 +369,20 @@ pub(super) fn screw(
         least,
         most
     );
-    // Of two joints of an axis the wider gap counts.
+    let told = Told {
+        value: middle,
+        from: entry.name(),
+        line: entry.line,
+    };
+    // A second joint of an axis has its own.
+    let mut further = draft.axis(axis, axis.is_rotary()).further.iter_mut();
+    if let Some(motor) = further.find(|motor| motor.from == entry.section) {
+        motor.gap = Some(told);
+        let note = format!("gap of a further motor of {axis}");
+        draft.row(entry.name(), shown, Fate::Used, note);
+        return Ok(());
+    }
+    // Of a joint and its axis the wider gap counts.
     if let Some(other) = &draft.axis(axis, axis.is_rotary()).gap
         && other.value > middle
     {
@@ -377,11 +390,6 @@ pub(super) fn screw(
         draft.row(entry.name(), shown, Fate::Ignored, note);
         return Ok(());
     }
-    let told = Told {
-        value: middle,
-        from: entry.name(),
-        line: entry.line,
-    };
     draft.tell(axis, Quantity::Gap, told, &shown);
     Ok(())
 }

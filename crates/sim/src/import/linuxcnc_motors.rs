@@ -98,7 +98,7 @@ pub(super) fn tell(
             let note = format!("{} counts", steps.from);
             draft.row(told.name(), told.value.as_str(), Fate::Ignored, note);
         }
-        // Of two motors on an axis the first counts.
+        // A further motor is like the first.
         let own_axis = draft.axis(axis, turns);
         if own_axis.stepper.is_some() {
             if let Some(steps) = steps {
@@ -106,7 +106,7 @@ pub(super) fn tell(
                     steps.from,
                     steps.value,
                     Fate::Ignored,
-                    "a further motor of the axis: one moves it here",
+                    "a further motor of the axis, taken to be like the first",
                 );
             }
             continue;

@@ -48,6 +48,8 @@ struct Spread {
     smoothing_mm: Option<f64>,
     /// Defines that say nothing of an axis: too many for a row each.
     others: usize,
+    /// Motors of axes behind their first.
+    further: Vec<(AxisId, String)>,
 }
 
 /// Reads the file.
@@ -122,6 +124,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     if spread.correction != Some(0.0) {
         draft.carry("fixed-by-travel", |_| told.into_iter().flatten().collect());
     }
+    draft.add_motors(&spread.further);
     if is_corexy {
         draft.belts();
     }
@@ -132,7 +135,13 @@ fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Prob
     code.check()?;
     match code.code.as_str() {
         "M906" | "M350" if code.word('I').is_some_and(|index| index.trim() != "0") => {
-            code.ignore(draft, "further motors: one moves an axis here");
+            let index = code.word('I').map_or("", str::trim);
+            let words = code.words.iter();
+            let axes = words.filter_map(|(letter, _)| AxisId::from_letter(*letter));
+            spread
+                .further
+                .extend(axes.map(|axis| (axis, format!("motor I{index} of {axis}"))));
+            code.ignore(draft, "further motors, taken to be like the first");
         }
         "M425" => {
             for (letter, text) in &code.words {

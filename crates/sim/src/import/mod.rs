@@ -11,6 +11,7 @@ mod dh;
 mod draft;
 mod fill;
 mod freecad_chain;
+mod gantry;
 mod hal;
 mod ini;
 mod kins;
@@ -270,6 +271,7 @@ fn read(
     }
     draft.report_missing();
     draft.forget_zero_gaps();
+    gantry::settle(&mut draft);
     Ok(draft)
 }
 

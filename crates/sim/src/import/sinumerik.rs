@@ -3,10 +3,11 @@
 //!
 //! MD10000 AXCONF_MACHAX_NAME_TAB, MD10240 SCALING_SYSTEM_IS_METRIC, MD30300 IS_ROT_AX, MD32000
 //! MAX_AX_VELO (mm/min, rev/min), MD32300 MAX_AX_ACCEL (m/s2, rev/s2), MD32431 MAX_AX_JERK (m/s3,
-//! rev/s3), MD32450 BACKLASH (mm, deg) times MD32452 BACKLASH_FACTOR, MD36100 and MD36110 POS_LIMIT_MINUS and PLUS. Axes are AX1
+//! rev/s3), MD32450 BACKLASH (mm, deg) times MD32452 BACKLASH_FACTOR, MD36100 and MD36110 POS_LIMIT_MINUS and PLUS,
+//! MD37100 GANTRY_AXIS_TYPE (1 leads, 11 follows). Axes are AX1
 //! and so on, or the names of MD10000; of data with an index the first counts (DYNNORM, the first
 //! measuring system). Source: SINUMERIK 808D ADVANCED, parameter manual 08/2013 p. 228 (32450, 32452);
-//! 840D sl, function manuals G2 (30300, 31030), K3 (32450) and A3 (36100); SINUMERIK ONE, list manual
+//! 840D sl, function manuals G2 (30300, 31030), K3 (32450), A3 (36100) and G1 (37100); SINUMERIK ONE, list manual
 //! 01/2023 p. 209 (first entries of 32300 and 32431). Units of 32000, 32300 and 32431 are taken from
 //! the list manual of the 840D sl, and listed as guesses.
 
@@ -15,7 +16,7 @@ use super::{Format, ImportOptions, lettered, not_negative, number, positive, pro
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The format's row. Its files have the extensions of many.
 pub(super) const FORMAT: Format = Format {
@@ -36,6 +37,9 @@ const FRAME: [&str; 3] = ["%_N_", "M17", "CHANDATA("];
 const MOST_AXES: usize = 64;
 
 const DEGREES: f64 = 360.0;
+
+/// MD37100 of an axis that follows is that of the one that leads plus this.
+const GANTRY_FOLLOWS: u32 = 10;
 
 /// A line with a value.
 struct Datum<'a> {
@@ -215,6 +219,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     });
     let turning = with("MA_IS_ROT_AX", switch);
     let (mut guessed, mut units) = (Vec::new(), BTreeSet::new());
+    let gantries = gantries(&data, &names, &mut guessed);
     for datum in &data {
         if wrong.left_out.contains(&datum.line) {
             continue;
@@ -233,6 +238,16 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                     .push(problem(datum.line, &key, message, hint));
             }
             draft.row(key, datum.value, Fate::Used, "unit of the data");
+            continue;
+        }
+        let own = datum.index.last().copied().unwrap_or_default();
+        if datum.name.starts_with("MA_")
+            && let Some(leading) = gantries.get(own)
+        {
+            let taken = follow(&mut draft, datum, &data, *leading);
+            if let Err(found) = taken {
+                wrong.note(&mut draft, (datum.name, datum.value), found);
+            }
             continue;
         }
         let axis = datum
@@ -322,6 +337,61 @@ fn axis_of(own: &str, names: &[AxisName], guessed: &mut Vec<(String, AxisId)>) -
     Some(axis)
 }
 
+/// The axes that follow another in a gantry (MD37100: 11 follows 1), and the axis that each follows.
+fn gantries<'a>(
+    data: &[Datum<'a>],
+    names: &[AxisName],
+    guessed: &mut Vec<(String, AxisId)>,
+) -> BTreeMap<&'a str, AxisId> {
+    let kinds: Vec<(&str, u32)> = data
+        .iter()
+        .filter(|it| it.name == "MA_GANTRY_AXIS_TYPE")
+        .filter_map(|it| Some((*it.index.last()?, it.value.parse().ok()?)))
+        .collect();
+    let mut found = BTreeMap::new();
+    for (own, kind) in kinds.iter().filter(|(_, kind)| *kind > GANTRY_FOLLOWS) {
+        let leads = |(other, leading): &&(&str, u32)| {
+            other != own && leading + GANTRY_FOLLOWS == *kind
+        };
+        let leading = kinds.iter().find(leads);
+        if let Some(axis) = leading.and_then(|(name, _)| axis_of(name, names, guessed)) {
+            found.insert(*own, axis);
+        }
+    }
+    found
+}
+
+/// Takes over what is told of the second motor of a gantry: its gap.
+fn follow(
+    draft: &mut Draft,
+    datum: &Datum<'_>,
+    data: &[Datum<'_>],
+    leading: AxisId,
+) -> Result<(), Problem> {
+    let key = datum.key();
+    let is_gap = datum.name == "MA_BACKLASH" && (datum.index.len() < 2 || datum.index[0] == "0");
+    let motor = datum.index.last().copied().unwrap_or_default();
+    let own = draft.axis(leading, leading.is_rotary()).further_motor(motor);
+    let (fate, note) = if is_gap && !datum.value.starts_with('-') {
+        own.gap = Some(Told {
+            value: not_negative(datum.line, &key, datum.value)? * weight(datum, data)?,
+            from: key.clone(),
+            line: datum.line,
+        });
+        (Fate::Used, format!("gap of the second motor of {leading}"))
+    } else if is_gap {
+        number(datum.line, &key, datum.value)?;
+        (Fate::Ignored, LEADING.to_owned())
+    } else if datum.name == "MA_GANTRY_AXIS_TYPE" {
+        (Fate::Used, format!("second motor of {leading}"))
+    } else {
+        let note = format!("of the second motor of {leading}, taken to be like the first");
+        (Fate::Ignored, note)
+    };
+    draft.row(key, datum.value, fate, note);
+    Ok(())
+}
+
 /// Takes a datum over; answers its name and the unit that was taken for it, where that is a guess.
 fn take(
     draft: &mut Draft,
@@ -375,6 +445,14 @@ fn take(
         }
         "MA_BACKLASH_FACTOR" => {
             draft.row(key, datum.value, Fate::Used, "weight of the gap");
+            return Ok(None);
+        }
+        "MA_GANTRY_AXIS_TYPE" => {
+            let (fate, note) = match datum.value {
+                "0" => (Fate::Ignored, "of no gantry"),
+                _ => (Fate::Used, "leads a gantry, where an axis follows"),
+            };
+            draft.row(key, datum.value, fate, note);
             return Ok(None);
         }
         "MA_IS_ROT_AX" => {

@@ -12,7 +12,7 @@ use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 /// Least distance between the two ends of a beam, mm. A choice: the tool's place is divided by it.
-const LEAST_BEAM_MM: f64 = 1.0;
+pub(crate) const LEAST_BEAM_MM: f64 = 1.0;
 
 /// Table `gantry` of a machine file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -24,6 +24,7 @@ mod tuning;
 pub use crate::control::PathStops;
 pub use document::Change;
 pub use file::{AxisEdit, AxisFile, MachineEdit, MachineFile};
+pub(crate) use gantry::LEAST_BEAM_MM;
 pub use gantry::{Gantry, GantryFile};
 pub use keys::{KeyInfo, keys};
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};

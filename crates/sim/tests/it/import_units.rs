@@ -308,7 +308,7 @@ fn a_table_counts_before_backlash() {
         "BACKLASH = 0.002\n",
         "BACKLASH = 0.002\nCOMP_FILE = screw.comp\nCOMP_FILE_TYPE = 1\n",
     );
-    // Of the second joint of Y the table tells less than the first one has.
+    // The second joint of Y has a gap of its own by its table.
     let text = text.replacen(
         "[JOINT_3]",
         "COMP_FILE = screw.comp\nCOMP_FILE_TYPE = 1\n[JOINT_3]",
@@ -334,5 +334,7 @@ fn a_table_counts_before_backlash() {
     assert_eq!(notes.iter().filter(|note| **note == beside).count(), 2);
     assert_eq!(row("[JOINT_0] COMP_FILE").fate, Fate::Used);
     assert_eq!(row("[JOINT_1] BACKLASH").fate, Fate::Used);
-    assert_eq!(row("[JOINT_2] COMP_FILE").fate, Fate::Ignored);
+    assert_eq!(row("[JOINT_2] COMP_FILE").fate, Fate::Used);
+    let second = &machine.gantry().unwrap().second;
+    assert!((second.gap_in_unit() - 0.0254).abs() < 1e-9);
 }

@@ -19,6 +19,7 @@ mod import;
 mod import_checks;
 mod import_controls;
 mod import_damage;
+mod import_gantry;
 mod import_kinematics;
 mod import_replay;
 mod import_servos;
