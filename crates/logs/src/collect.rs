@@ -87,17 +87,37 @@ impl Collector {
         part: &Part,
         said: &mut Vec<String>,
     ) -> Result<Track, LogError> {
-        let name = reader.name().to_owned();
-        let header = reader.header().clone();
-        let groups = &self.groups;
-        let fresh = || -> Vec<Track> {
-            groups
-                .iter()
-                .map(|(_, members)| Track::new(members.len()))
-                .collect()
-        };
+        let format = reader.header().format;
+        let mut tracks = self.rows(reader, factors, part, said)?;
+        if format == Format::Camonitor {
+            hold(&mut tracks, part.max_rows, said);
+        }
+        let mut merged = self.merged(tracks, reader.name(), said)?;
+        merged.counted = format.counted();
+        let scale = reader.time_scale_s();
+        if scale != 1.0 {
+            merged.time_s.iter_mut().for_each(|time| *time *= scale);
+        }
+        // Columns in the order of the roles.
+        let members = self.groups.iter().flat_map(|(_, members)| members);
+        let order = members.map(|(role, _)| *role);
+        let mut columns: Vec<(usize, Vec<f64>)> = order.zip(merged.columns).collect();
+        columns.sort_by_key(|(role, _)| *role);
+        merged.columns = columns.into_iter().map(|(_, column)| column).collect();
+        Ok(merged)
+    }
+
+    /// The next rows of each group, in whatever time the log counts. Where time was lost, of the longest
+    /// recording.
+    fn rows(
+        &mut self,
+        reader: &mut LogReader<'_>,
+        factors: &[f64],
+        part: &Part,
+        said: &mut Vec<String>,
+    ) -> Result<Vec<Track>, LogError> {
         let rows_of = |tracks: &[Track]| tracks.iter().map(Track::len).max().unwrap_or_default();
-        let (mut tracks, mut best) = (fresh(), fresh());
+        let (mut tracks, mut best) = (self.no_rows(), self.no_rows());
         let mut recordings = 1u32;
         let is_first = !self.has_more;
         self.has_more = false;
@@ -108,7 +128,11 @@ impl Collector {
                 None if reader.next_row(&mut row)? => {}
                 None => break,
             }
-            let Some(place) = groups.iter().position(|(group, _)| *group == row.group) else {
+            let Some(place) = self
+                .groups
+                .iter()
+                .position(|(group, _)| *group == row.group)
+            else {
                 continue;
             };
             if row.part != self.recording {
@@ -130,16 +154,7 @@ impl Collector {
             let track = &mut tracks[place];
             let before_s = track.time_s.last().copied().unwrap_or(self.last_s);
             if row.time_s <= before_s {
-                return Err(LogError::line(
-                    &name,
-                    row.line,
-                    format!(
-                        "the time {} s is not after {before_s} s, the time of the row before",
-                        row.time_s
-                    ),
-                    "rows have to be in order of time, none twice",
-                )
-                .counting(header.format.counted()));
+                return Err(not_after(reader, &row, before_s));
             }
             if row.time_s < part.from_s {
                 continue;
@@ -152,12 +167,7 @@ impl Collector {
                 self.waiting = Some(row);
                 break;
             }
-            track.time_s.push(row.time_s);
-            track.line.push(row.line);
-            for (column, (role, within)) in groups[place].1.iter().enumerate() {
-                let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
-                track.columns[column].push(value * factors[*role]);
-            }
+            add(track, &row, &self.groups[place].1, factors);
         }
         if rows_of(&best) > rows_of(&tracks) {
             tracks = best;
@@ -170,43 +180,67 @@ impl Collector {
                 rows_of(&tracks)
             ));
         }
-        if header.format == Format::Camonitor {
-            hold(&mut tracks, part.max_rows, said);
-        }
-        let scale = reader.time_scale_s();
-        let mut merged = if tracks.len() == 1 {
+        Ok(tracks)
+    }
+
+    /// A track without rows for each group.
+    fn no_rows(&self) -> Vec<Track> {
+        let groups = self.groups.iter();
+        groups
+            .map(|(_, members)| Track::new(members.len()))
+            .collect()
+    }
+
+    /// The columns of all groups at the times of one.
+    fn merged(
+        &mut self,
+        mut tracks: Vec<Track>,
+        name: &str,
+        said: &mut Vec<String>,
+    ) -> Result<Track, LogError> {
+        if tracks.len() == 1 {
             let track = tracks.pop().unwrap_or_default();
             self.last_s = track.time_s.last().copied().unwrap_or(self.last_s);
-            track
-        } else {
-            if tracks.iter().any(|track| track.len() < 2) {
-                return Err(LogError::file(
-                    &name,
-                    "a column has fewer than two values",
-                    "",
-                ));
-            }
-            let merged = on_one_clock(&tracks);
-            said.push(format!(
-                "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
-                groups.len(),
-                1e3 * merged.period_s()
-            ));
-            merged
-        };
-        merged.counted = header.format.counted();
-        if scale != 1.0 {
-            merged.time_s.iter_mut().for_each(|time| *time *= scale);
+            return Ok(track);
         }
-        // Columns in the order of the roles.
-        let order: Vec<usize> = groups
-            .iter()
-            .flat_map(|(_, members)| members.iter().map(|(role, _)| *role))
-            .collect();
-        let mut columns: Vec<(usize, Vec<f64>)> = order.into_iter().zip(merged.columns).collect();
-        columns.sort_by_key(|(role, _)| *role);
-        merged.columns = columns.into_iter().map(|(_, column)| column).collect();
+        if tracks.iter().any(|track| track.len() < 2) {
+            return Err(LogError::file(
+                name,
+                "a column has fewer than two values",
+                "",
+            ));
+        }
+        let merged = on_one_clock(&tracks);
+        said.push(format!(
+            "columns have {} clocks: all are read at the slowest one's, {:.4} ms",
+            self.groups.len(),
+            1e3 * merged.period_s()
+        ));
         Ok(merged)
+    }
+}
+
+/// A row that is no later than the one before.
+fn not_after(reader: &LogReader<'_>, row: &Row, before_s: f64) -> LogError {
+    LogError::line(
+        reader.name(),
+        row.line,
+        format!(
+            "the time {} s is not after {before_s} s, the time of the row before",
+            row.time_s
+        ),
+        "rows have to be in order of time, none twice",
+    )
+    .counting(reader.header().format.counted())
+}
+
+/// Adds the values of a row to the track of its group, in the units of their roles.
+fn add(track: &mut Track, row: &Row, members: &[(usize, usize)], factors: &[f64]) {
+    track.time_s.push(row.time_s);
+    track.line.push(row.line);
+    for (column, (role, within)) in members.iter().enumerate() {
+        let value = row.values.get(*within).copied().unwrap_or(f64::NAN);
+        track.columns[column].push(value * factors[*role]);
     }
 }
 
