@@ -21,9 +21,9 @@ use crate::{
     window::WindowSample,
 };
 
-/// Lateness, either way, that the interval of a gap holds where the log does not tell it, s. A choice: from
+/// Lateness, either way, that the interval of a gap, or of lost motion, holds where the log does not tell it, s. A choice: from
 /// here on it is taken off before where speeds differ, and ordinary controls read all in a cycle of less.
-const MOST_UNSEEN_S: f64 = 400e-6;
+pub(crate) const MOST_UNSEEN_S: f64 = 400e-6;
 
 /// Lateness by which its effect on gap and compliance is tried, s: both change in proportion.
 const PROBE_S: f64 = 10e-6;

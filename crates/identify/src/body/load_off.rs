@@ -26,7 +26,7 @@ const DRIVES_SHARE: f64 = 0.02;
 const FOLLOWS_SHARE: f64 = 0.2;
 /// Scatter of the speed within the stretches, in parts of the speed, from which on lateness is told. A choice:
 /// at one speed it is the same as a gap, and what is left of settling would pass for it.
-const VARIES_SHARE: f64 = 0.06;
+pub(crate) const VARIES_SHARE: f64 = 0.06;
 /// Part of a column that the others have to leave for its coefficient to be told. A choice: in a motion of
 /// one frequency place and acceleration are the same.
 const ALONE_SHARE: f64 = 0.1;

@@ -9,9 +9,11 @@
 //! motor - load = offset + step s / 2 + travel_lost z / 2,    dz / dx = (s - z) / length
 //! ```
 
+use super::load_off::VARIES_SHARE;
 use super::squares::{Squares, SquaresFit, jackknife};
-use super::{BodyLog, Figure, Motion, Rates, RigidBody};
+use super::{BodyLog, Figure, LoadOff, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
+use crate::lateness::MOST_UNSEEN_S;
 use serde::Serialize;
 
 /// Deviations of the load's noise that its place has to move by to count as moving. A choice.
@@ -53,8 +55,11 @@ const ALONG: usize = 2;
 const START: usize = 3;
 /// Where the load was put right, what is left of that.
 const PLACE: usize = 4;
+/// A load that is read later than its motor is behind by that much of its speed.
 const SPEED: usize = 5;
-const COEFFICIENTS: usize = 6;
+/// Beside it what winds the shaft up while the axis speeds up, which is when it is slow.
+const ACCELERATION: usize = 6;
+const COEFFICIENTS: usize = 7;
 
 /// What is lost after a reversal, at the load.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -94,15 +99,79 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
     let noise = noise_of(&log.load);
     let holds = body.and_then(RigidBody::held_deceleration);
     let rows = Rows::of(log, MOVES_FROM * noise, holds);
-    let (reversals, range) = (rows.followed.reversals, rows.followed.range());
-    if reversals == 0 {
+    if rows.followed.reversals == 0 {
         return Err("the load never turns round: move it to and fro".to_owned());
     }
+    let unseen_s = match log.load_off().filter(|off| off.late_s != 0.0) {
+        // What is left of lateness that was taken off.
+        Some(off) => 0.5 * (off.late_interval_s[1] - off.late_interval_s[0]),
+        None => MOST_UNSEEN_S,
+    };
+    let presumed = match loss(&rows, noise, Late::Presumed(unseen_s)) {
+        Err(Untold::Other(why)) => return Err(why),
+        presumed => presumed.map_err(Untold::into_words),
+    };
+    let width = |found: &Loss| found.lost.total.interval[1] - found.lost.total.interval[0];
+    let told = match (loss(&rows, noise, Late::Told), &presumed) {
+        (Ok(told), Ok(presumed)) if width(&told) >= width(presumed) => None,
+        (told, _) => told.ok(),
+    };
+    match told {
+        // As rows are told apart by the load's place, what is certain is taken off before.
+        Some(Loss {
+            late: Some(off), ..
+        }) if log.load_off().is_none() => {
+            fit_lost_motion(&log.clone().with_late_taken_off(off), body)
+        }
+        Some(told) => Ok(told.lost),
+        None => presumed.map(|found| found.lost),
+    }
+}
+
+/// What is lost, and the lateness of the load that was found beside it and is certain.
+struct Loss {
+    lost: LostMotion,
+    late: Option<LoadOff>,
+}
+
+/// Why lost motion is not told.
+enum Untold {
+    /// It hides in what lateness of the load makes.
+    InLateness,
+    /// In words.
+    Other(String),
+}
+
+impl Untold {
+    fn into_words(self) -> String {
+        match self {
+            Untold::InLateness => format!(
+                "a load that is read up to {} ms later or earlier than the motor looks the same at these speeds: move with strokes of several speeds, or slower",
+                MOST_UNSEEN_S * 1e3
+            ),
+            Untold::Other(why) => why,
+        }
+    }
+}
+
+/// What a load that is read later or earlier than its motor does to what is lost.
+#[derive(Clone, Copy, PartialEq)]
+enum Late {
+    /// The log tells it: a column of the speed, beside what winds up with acceleration.
+    Told,
+    /// Nothing tells it: intervals hold what so many seconds either way make of them.
+    Presumed(f64),
+}
+
+/// The loss with a load that is so late.
+fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
+    let other = |why: &str| Err(Untold::Other(why.to_owned()));
+    let (reversals, range) = (rows.followed.reversals, rows.followed.range());
     let lowest = (SHORTEST * range).max(noise);
     // A loss that is complete soon is told by the few rows behind each reversal, which the many others
     // would outweigh: what is longer than the log allows goes, and with it the rows that only that needs.
     let (mut longest, mut within) = (range, f64::INFINITY);
-    let mut look = Look::of(&rows, [lowest, longest], within);
+    let mut look = Look::of(rows, [lowest, longest], within, late);
     for _ in 0..LOOKS {
         let Some(last) = look.alike.last().map(|&index| look.lengths[index]) else {
             break;
@@ -111,7 +180,7 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
         if narrower > (range / 3.0).min(within / 3.0) {
             break;
         }
-        let next = Look::of(&rows, [lowest, longest.min(3.0 * last)], narrower);
+        let next = Look::of(rows, [lowest, longest.min(3.0 * last)], narrower, late);
         if next.best().is_none() {
             break;
         }
@@ -123,24 +192,46 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
             look.lengths[*first] / look.growth,
             look.lengths[*last] * look.growth,
         ];
-        look = Look::of(&rows, [shortest.max(lowest), longest.min(range)], within);
+        let lengths = [shortest.max(lowest), longest.min(range)];
+        look = Look::of(rows, lengths, within, late);
     }
     let Some(found) = look.best() else {
-        return Err(
-            "the load's travel does not tell a step from a slow loss: make longer strokes"
-                .to_owned(),
+        return other(
+            "the load's travel does not tell a step from a slow loss: make longer strokes",
         );
     };
     let (fits, lengths, alike, near) = (&look.fits, &look.lengths, &look.alike, look.near);
     let best = look.best;
-    let step_alone = rows.fit(lengths[best], false, within);
+    let fit = |along: bool, late: Late| {
+        let own = RowsOf {
+            along,
+            within,
+            late,
+            of_speed: false,
+        };
+        rows.fit(lengths[best], own)
+    };
+    let step_alone = fit(false, late);
+    // What lateness makes of the coefficients: they are linear in the difference.
+    let of_lateness = match late {
+        Late::Presumed(most_s) => {
+            let own = RowsOf {
+                along: true,
+                within,
+                late,
+                of_speed: true,
+            };
+            let of_speed = rows.fit(lengths[best], own);
+            of_speed.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most_s * x))
+        }
+        Late::Told => [0.0; COEFFICIENTS],
+    };
     // Between two that are tried another one may lie.
     let length = |index: Option<&usize>, beyond: f64| {
         index
             .and_then(|&index| lengths.get(index))
             .map(|length| SATURATED * length * beyond)
     };
-    let total = |x: &[f64; COEFFICIENTS]| x[STEP] + x[ALONG];
     // What another length that explains the log as well makes of a figure belongs to its interval.
     let figure = |of: &dyn Fn(&[f64; COEFFICIENTS]) -> f64| {
         let mut figure = jackknife(of(&found.x), found.without.iter().map(of));
@@ -150,31 +241,44 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
         }
         figure
     };
-    let whole = figure(&total);
-    let [low, high] = whole.interval;
-    if high < 0.0 {
-        return Err(
-            "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position"
-                .to_owned(),
+    let total = |x: &[f64; COEFFICIENTS]| x[STEP] + x[ALONG];
+    let plain = figure(&total);
+    // Where a load stands within its noise hangs on where it comes from.
+    let unseen = noise + total(&of_lateness).abs();
+    let [low, high] = plain.interval;
+    if high + unseen < 0.0 {
+        return other(
+            "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position",
         );
     }
     if high - low > range {
-        return Err(
-            "motor and load do not go together: are both in the same unit? Else make more strokes"
-                .to_owned(),
+        return other(
+            "motor and load do not go together: are both in the same unit? Else make more strokes",
         );
     }
+    if low > 0.0 && unseen >= low {
+        return Err(Untold::InLateness);
+    }
+    let whole = plain.widened(unseen);
+    let [low, high] = whole.interval;
     // No axis gains position: below zero is what scatter and lengths make of next to none.
     let whole = Figure {
         value: whole.value.max(0.0),
         interval: [low.max(0.0), high],
         ..whole
     };
-    let along = figure(&|x| x[ALONG]);
+    let along = figure(&|x| x[ALONG]).widened(noise + of_lateness[ALONG].abs());
     let alone = step_alone.as_ref().is_some_and(|alone| alone.rms <= near);
-    Ok(LostMotion {
+    let late_s = figure(&|x| x[SPEED]);
+    let is_late = late_s.interval[0] > 0.0 || late_s.interval[1] < 0.0;
+    let late = is_late.then(|| LoadOff {
+        late_s: late_s.value,
+        late_interval_s: late_s.interval,
+        ..LoadOff::default()
+    });
+    let lost = LostMotion {
         total: whole,
-        step: figure(&|x| x[STEP]),
+        step: figure(&|x| x[STEP]).widened(noise + of_lateness[STEP].abs()),
         along,
         saturates_after: SATURATED * lengths[best],
         saturates_between: [
@@ -184,7 +288,8 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
         reversals,
         rms: found.rms,
         is_step: alone || along.interval[0] <= 0.0,
-    })
+    };
+    Ok(Loss { lost, late })
 }
 
 /// Samples at which the motor moves and the load does not follow: it crosses a gap.
@@ -299,8 +404,11 @@ impl Followed {
 /// What a log tells of the load's reversals.
 struct Rows<'a> {
     log: &'a BodyLog,
-    /// Velocities of the motor, where the load was put right.
-    rates: Option<Rates<'a>>,
+    /// Velocities and accelerations of the motor.
+    rates: Rates<'a>,
+    /// Acceleration below which a speed is steady: where it rises shaft and load have not come to rest on
+    /// their flank.
+    steady_below: f64,
     half: usize,
     followed: Followed,
     crossing: Vec<bool>,
@@ -313,9 +421,8 @@ impl Rows<'_> {
         let crossing = crossing(log, &motion);
         Rows {
             log,
-            rates: log
-                .load_off()
-                .map(|_| Rates::new(&log.motor, motion.half, log.period_s)),
+            rates: Rates::new(&log.motor, motion.half, log.period_s),
+            steady_below: UNKNOWN_SHARE * motion.top_acceleration,
             half: motion.half,
             followed: Followed::of(&log.load, band),
             loose: loose(log, &motion, holds, &crossing),
@@ -334,13 +441,15 @@ impl Rows<'_> {
         fading.count() > FADES_OVER * place.len() / super::squares::BLOCKS
     }
 
-    /// A loss of one length, by the rows within some travel behind reversals.
-    fn fit(&self, length: f64, along: bool, within: f64) -> Option<SquaresFit<COEFFICIENTS>> {
+    /// A loss of one length, by rows of some kind.
+    fn fit(&self, length: f64, of: RowsOf) -> Option<SquaresFit<COEFFICIENTS>> {
         let Followed { place, turned, .. } = &self.followed;
         let mut squares = Squares::new(self.log.len());
         let (mut state, mut side, mut travel, mut since) = (0.0, 0.0, 0.0, 0.0);
         let mut begins = false;
         let told = self.tells_its_beginning(length);
+        // Count, sum and square of the steady speeds of each side.
+        let mut speeds = [[0.0; 3]; 2];
         for at in 1..self.log.len() {
             let mut moved = place[at] - place[at - 1];
             if turned[at] {
@@ -357,7 +466,7 @@ impl Rows<'_> {
                 since += moved.abs();
             }
             if side == 0.0
-                || since > within
+                || since > of.within
                 || self.followed.unsure[at]
                 || self.loose[at]
                 || (self.crossing[at] && !begins)
@@ -370,23 +479,65 @@ impl Rows<'_> {
             if start > FADED && !told {
                 continue;
             }
-            let speed = match &self.rates {
-                Some(_) if at < self.half || at + self.half >= self.log.len() => continue,
-                Some(rates) => rates.velocity(at),
-                None => 0.0,
-            };
+            if at < self.half || at + self.half >= self.log.len() {
+                continue;
+            }
+            let (speed, acceleration) = (self.rates.velocity(at), self.rates.acceleration(at));
             let moved = self.log.motor[at] - self.log.motor[0];
-            let row = [1.0, 0.5 * side, 0.5 * state, start, moved, speed];
-            squares.add(at, row, self.log.motor[at] - self.log.load[at]);
+            let row = [
+                1.0,
+                0.5 * side,
+                0.5 * state,
+                start,
+                moved,
+                speed,
+                acceleration,
+            ];
+            if acceleration.abs() < self.steady_below {
+                let own = &mut speeds[usize::from(side > 0.0)];
+                (own[0], own[1], own[2]) = (own[0] + 1.0, own[1] + speed, own[2] + speed * speed);
+            }
+            let difference = if of.of_speed {
+                speed
+            } else {
+                self.log.motor[at] - self.log.load[at]
+            };
+            squares.add(at, row, difference);
+        }
+        if of.late == Late::Told && !vary(&speeds) {
+            return None;
         }
         let mut used = [true; COEFFICIENTS];
-        used[ALONG] = along;
-        used[START] = along && told;
+        used[ALONG] = of.along;
+        used[START] = of.along && told;
         used[PLACE] = self.log.load_off().is_some_and(|off| off.scale != 0.0);
-        used[SPEED] = self.log.load_off().is_some_and(|off| off.late_s != 0.0);
+        (used[SPEED], used[ACCELERATION]) = (of.late == Late::Told, of.late == Late::Told);
         debug_assert!(used[OFFSET]);
         squares.solve(&used)
     }
+}
+
+/// Whether the steady speeds of each side, by their count, sum and square, scatter enough to tell lateness.
+fn vary(speeds: &[[f64; 3]; 2]) -> bool {
+    let scatter = |[count, sum, square]: [f64; 3]| {
+        let mean = sum / count.max(1.0);
+        square - mean * sum
+    };
+    let all: f64 = speeds.iter().map(|side| side[2]).sum();
+    let within: f64 = speeds.iter().map(|side| scatter(*side)).sum();
+    within > VARIES_SHARE * VARIES_SHARE * all
+}
+
+/// Which rows are fitted, and what beside the loss.
+#[derive(Clone, Copy)]
+struct RowsOf {
+    /// Whether a part of the loss is along the travel.
+    along: bool,
+    /// Travel behind reversals within which rows count.
+    within: f64,
+    late: Late,
+    /// Whether the motor's speed stands in the place of the difference of motor and load.
+    of_speed: bool,
 }
 
 /// Lengths that were tried, and which of them explain the log.
@@ -403,14 +554,22 @@ struct Look {
 }
 
 impl Look {
-    fn of(rows: &Rows<'_>, [shortest, longest]: [f64; 2], within: f64) -> Look {
+    fn of(rows: &Rows<'_>, [shortest, longest]: [f64; 2], within: f64, late: Late) -> Look {
         let rate = lostmotion_base::math::log(longest / shortest) / (LENGTHS - 1) as f64;
         let lengths: Vec<f64> = (0..LENGTHS)
             .map(|index| shortest * lostmotion_base::math::exp(rate * index as f64))
             .collect();
         let fits: Vec<_> = lengths
             .iter()
-            .map(|&length| rows.fit(length, true, within))
+            .map(|&length| {
+                let own = RowsOf {
+                    along: true,
+                    within,
+                    late,
+                    of_speed: false,
+                };
+                rows.fit(length, own)
+            })
             .collect();
         let rms = |index: usize| {
             fits.get(index)
