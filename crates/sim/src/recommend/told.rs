@@ -1,0 +1,149 @@
+//! What a control is told of a machine, and the machine with other gaps than it is told.
+
+use super::RecommendOptions;
+use super::parameters::{Counting, ToldAxis, gap_of, step};
+use crate::control::Control;
+use crate::machine::{Machine, MachineAxis};
+use lostmotion_base::units::deg;
+use lostmotion_drive::config::{AxisUnit, Load};
+use lostmotion_methods::AxisConfig;
+
+/// How far off the gap of an axis may be, as a part of it: as told, or as the axis says.
+pub(crate) fn uncertainty(config: &AxisConfig, told: Option<f64>) -> f64 {
+    told.unwrap_or(config.compensation.gap_uncertainty)
+}
+
+/// The machine as set, with its true gaps at an end of their intervals.
+pub(super) fn with_gaps_at(
+    set: &Machine,
+    machine: &Machine,
+    wanted: &RecommendOptions,
+    sign: f64,
+) -> Machine {
+    let factor = |config: &AxisConfig| 1.0 + sign * uncertainty(config, wanted.gap_uncertainty);
+    let mut end = set.clone();
+    for (axis, of_set) in machine.axes().iter().zip(set.axes()) {
+        let config = with_gap_times(&of_set.config, factor(&axis.config));
+        end = end.with_axis_config(axis.id, &config);
+    }
+    if let (Some(gantry), Some(of_set)) = (machine.gantry(), set.gantry()) {
+        let config = with_gap_times(&of_set.second, factor(&gantry.second));
+        end = end.with_second_config(&config);
+    }
+    end
+}
+
+/// The axis with a gap of another size.
+pub(crate) fn with_gap_times(config: &AxisConfig, factor: f64) -> AxisConfig {
+    let mut load = config.reflected_load();
+    load.gap_rad *= factor;
+    AxisConfig {
+        load: Load::Reflected(load),
+        ..config.clone()
+    }
+}
+
+/// An angle of the motor, in mm or deg of the axis.
+pub(super) fn units(config: &AxisConfig, is_rotary: bool, motor_rad: f64) -> f64 {
+    let units = motor_rad / config.transmission.motor_rad_per_unit();
+    if is_rotary && config.transmission.unit() == AxisUnit::Rad {
+        deg(units)
+    } else {
+        units
+    }
+}
+
+/// The machine as its control is told of it: the gap rounded to what the control takes, the least
+/// that it may be, and the limits of the joints.
+pub(super) fn told(
+    machine: &Machine,
+    control: Control,
+    counting: &Counting,
+    wanted: &RecommendOptions,
+) -> Machine {
+    let mut told = machine.map_axes(|config| {
+        let mut config = config.clone();
+        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let least = units(&config, is_rotary, config.reflected_load().gap_rad)
+            * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
+        let step = step(control, counting, is_rotary);
+        let value = (least / step).round() * step;
+        config.compensation.tell_gap(gap_of(value, is_rotary));
+        // The least has been taken.
+        config.compensation.gap_uncertainty = 0.0;
+        config
+    });
+    for axis in machine.axes() {
+        let Some(mut config) = told.axis(axis.id).map(|axis| axis.config.clone()) else {
+            continue;
+        };
+        let (velocity, acceleration) = limits(axis);
+        let linuxcnc = &mut config.compensation.fixed_linuxcnc;
+        linuxcnc.velocity_units_s = Some(velocity);
+        linuxcnc.acceleration_units_s2 = Some(acceleration);
+        // 100 %, of which a trial takes a part.
+        config.compensation.fixed_mach3.speed_units_s = velocity;
+        told = told.with_axis_config(axis.id, &config);
+    }
+    told
+}
+
+/// Largest speed and acceleration of an axis, mm or deg per s and s2.
+fn limits(axis: &MachineAxis) -> (f64, f64) {
+    let limits = axis.limits_table().limits();
+    if axis.is_rotary() {
+        (deg(limits.velocity), deg(limits.acceleration))
+    } else {
+        (limits.velocity, limits.acceleration)
+    }
+}
+
+/// The axes of a machine that has been told, in their order, with second motors.
+pub(super) fn axes(set: &Machine) -> Vec<ToldAxis> {
+    let mut all = Vec::new();
+    for axis in set.axes() {
+        let (velocity, acceleration) = limits(axis);
+        let second = set
+            .gantry()
+            .filter(|gantry| gantry.axis == axis.id)
+            .map(|gantry| (format!("{}2", axis.id), gantry.second.clone()));
+        let first = (axis.id.to_string(), axis.config.clone());
+        for (name, config) in std::iter::once(first).chain(second) {
+            let is_rotary = axis.is_rotary();
+            let told = config.compensation.fixed.gap;
+            let per_unit = config.transmission.motor_rad_per_unit();
+            let units = told.map_or(0.0, |gap| gap.motor_rad(&config.transmission) / per_unit);
+            let turns = config.transmission.unit() == AxisUnit::Rad;
+            all.push(ToldAxis {
+                id: axis.id,
+                name,
+                is_rotary,
+                gap: if turns { deg(units) } else { units },
+                velocity,
+                acceleration,
+                config,
+            });
+        }
+    }
+    all
+}
+
+/// How much of the told amounts is wind-up, if any of it is.
+pub(super) fn wind_up_note(told: &Machine, set: &Machine) -> Option<String> {
+    let parts: Vec<String> = axes(told)
+        .iter()
+        .zip(axes(set))
+        .map(|(gap, both)| (1e3 * (both.gap - gap.gap), both))
+        .filter(|(more, _)| *more > 0.0)
+        .map(|(more, axis)| {
+            let unit = if axis.is_rotary { "mdeg" } else { "um" };
+            format!("{} {more:.1} {unit}", axis.name)
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "in the amounts is the wind-up of the drive, twice the friction over the stiffness: {}",
+            parts.join(", ")
+        )
+    })
+}

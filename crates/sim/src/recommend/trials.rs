@@ -1,0 +1,254 @@
+//! The ways in which a control can be set, each a change of the machine's axes.
+
+use super::parameters::{Counting, gap_of, parameters};
+use super::told::{axes, units};
+use crate::control::Control;
+use crate::machine::Machine;
+use crate::method::Choice;
+use crate::results::Run;
+use lostmotion_drive::config::AxisUnit;
+use lostmotion_methods::{AxisConfig, MethodId};
+use std::sync::Arc;
+
+/// The method that stands for a friction compensation by a pulse.
+const PULSE: &str = "decaying-pulse";
+
+/// A way in which a control can be set.
+#[derive(Clone)]
+pub(super) struct Trial {
+    pub(super) method: MethodId,
+    pub(super) said: String,
+    change: Arc<dyn Fn(&mut AxisConfig) + Send + Sync>,
+}
+
+impl Trial {
+    fn new(
+        method: &str,
+        said: impl Into<String>,
+        change: impl Fn(&mut AxisConfig) + Send + Sync + 'static,
+    ) -> Option<Trial> {
+        Some(Trial {
+            method: method.parse().ok()?,
+            said: said.into(),
+            change: Arc::new(change),
+        })
+    }
+
+    pub(super) fn name(&self) -> String {
+        format!("{} {}", self.method, self.said).trim().to_owned()
+    }
+
+    /// The machine with it.
+    pub(super) fn on(&self, told: &Machine) -> Machine {
+        told.map_axes(|config| {
+            let mut config = config.clone();
+            (self.change)(&mut config);
+            config
+        })
+    }
+
+    /// Whether there are numbers to set for it, or a reason why it cannot be set.
+    pub(super) fn has_numbers(
+        &self,
+        told: &Machine,
+        control: Control,
+        counting: &Counting,
+    ) -> bool {
+        let set = axes(&self.on(told));
+        parameters(control, self.method.name(), &set, counting)
+            .map_or(true, |found| !found.settings.is_empty())
+    }
+
+    pub(super) fn choice(&self) -> Choice {
+        let change = Arc::clone(&self.change);
+        Choice::set(self.name(), self.method, move |config| change(config))
+    }
+}
+
+/// The ways in which a control can be set: each method that it has, with the amounts that are sought.
+pub(super) fn trials(control: Control) -> Vec<Trial> {
+    let mut all = Vec::new();
+    for method in control.methods() {
+        let method = *method;
+        match method {
+            "actual-value" if control == Control::Heidenhain => {
+                for ms in [0.0, 10.0, 20.0, 40.0] {
+                    all.push(Trial::new(method, format!("over {ms} ms"), move |config| {
+                        config.compensation.actual_value.spread_ms = ms;
+                    }));
+                }
+            }
+            PULSE => {
+                for ms in [8.0, 15.0, 30.0] {
+                    for part in [0.5, 1.0, 2.0] {
+                        let said = format!("of {part} gaps over {ms} ms");
+                        all.push(Trial::new(method, said, move |config| {
+                            let gap = config.reflected_load().gap_rad;
+                            let per_unit = config.transmission.motor_rad_per_unit();
+                            let pulse = &mut config.compensation.decaying_pulse;
+                            // In steps of 1 um/s, far below what a control takes.
+                            let height = part * gap / per_unit / (ms * 1e-3);
+                            pulse.height_units_s = Some((height * 1e3).round() * 1e-3);
+                            pulse.time_ms = ms;
+                        }));
+                    }
+                }
+            }
+            "friction-torque" => {
+                for part in [0.5, 1.0, 1.5] {
+                    let said = format!("of {part} times the standard");
+                    all.push(Trial::new(method, said, move |config| {
+                        // Whole per cent of the rated torque.
+                        let friction = 2.0 * config.reflected_load().coulomb_nm;
+                        let percent = 0.01 * config.motor.rated_torque_nm;
+                        let amount = (part * friction / percent).round() * percent;
+                        config.compensation.friction_torque.amount_nm = Some(amount);
+                    }));
+                }
+            }
+            "fixed-isg" => {
+                for cycles in [1, 5, 10, 19] {
+                    all.push(Trial::new(
+                        method,
+                        format!("over {cycles} cycles"),
+                        move |config| {
+                            config.compensation.fixed_isg.cycles = cycles;
+                        },
+                    ));
+                }
+            }
+            "fixed-mach3" => {
+                for percent in [0.5, 1.0, 2.0, 5.0] {
+                    let said = format!("at {percent} % of the largest speed");
+                    all.push(Trial::new(method, said, move |config| {
+                        config.compensation.fixed_mach3.speed_units_s *= 0.01 * percent;
+                    }));
+                }
+            }
+            "fixed-by-travel" => {
+                let ways: &[(f64, f64)] = match control {
+                    Control::Marlin => &[(1.0, 0.0), (1.0, 1.0), (1.0, 3.0)],
+                    Control::RepRapFirmware => {
+                        &[(1.0, 0.0), (2.0, 0.0), (5.0, 0.0), (10.0, 0.0), (20.0, 0.0)]
+                    }
+                    _ => &[(1.0, 0.0)],
+                };
+                for &(multiple, smoothing_mm) in ways {
+                    let said = match control {
+                        Control::Marlin => format!("smoothed over {smoothing_mm} mm"),
+                        Control::RepRapFirmware if multiple > 1.0 => {
+                            format!("over {multiple} gaps")
+                        }
+                        Control::RepRapFirmware => "over 1 gap".to_owned(),
+                        _ => String::new(),
+                    };
+                    all.push(Trial::new(method, said, move |config| {
+                        let spread = &mut config.compensation.fixed_by_travel;
+                        (spread.multiple, spread.smoothing_mm) = (multiple, smoothing_mm);
+                    }));
+                }
+            }
+            _ => all.push(Trial::new(method, "", |_| ())),
+        }
+    }
+    all.into_iter().flatten().collect()
+}
+
+/// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
+/// one direction to the other, `2 F/k`. `None` for a method that is not told a length, and where
+/// the wind-up is below what the control takes.
+pub(super) fn wound_up(best: &Trial, told: &Machine, steps: [f64; 2]) -> Option<Trial> {
+    if !best.method.told_gap() || best.method.name() == PULSE {
+        return None;
+    }
+    // The told amount with it, in steps of the control, mm or deg.
+    let amount = move |config: &AxisConfig| {
+        let load = config.reflected_load();
+        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let step = steps[usize::from(is_rotary)];
+        let wind_up = 2.0 * load.coulomb_nm / load.stiffness_nm_per_rad;
+        let wind_up = (units(config, is_rotary, wind_up) / step).round() * step;
+        let told = config
+            .compensation
+            .fixed
+            .gap?
+            .motor_rad(&config.transmission);
+        let value = units(config, is_rotary, told) + wind_up;
+        (wind_up > 0.0).then(|| gap_of((value / step).round() * step, is_rotary))
+    };
+    told.axes()
+        .iter()
+        .any(|axis| amount(&axis.config).is_some())
+        .then_some(())?;
+    let before = Arc::clone(&best.change);
+    let said = [best.said.as_str(), "gap and wind-up"];
+    let said = said.map(str::trim).into_iter().filter(|it| !it.is_empty());
+    Some(Trial {
+        method: best.method,
+        said: said.collect::<Vec<_>>().join(", "),
+        change: Arc::new(move |config| {
+            before(config);
+            if let Some(gap) = amount(config) {
+                config.compensation.tell_gap(gap);
+            }
+        }),
+    })
+}
+
+/// Parts of the axes' largest acceleration between which a pulse's height may change: where it has
+/// risen, where it begins to fall, where it has fallen.
+const CURVES: [[f64; 3]; 3] = [[0.001, 0.02, 0.2], [0.005, 0.05, 0.5], [0.02, 0.2, 0.8]];
+/// Heights beyond the last acceleration, as parts of the largest.
+const LEAST_HEIGHTS: [f64; 2] = [0.5, 0.0];
+
+/// Siemens' friction compensation with an adaptation characteristic: curves over the acceleration for
+/// the constant pulse that leaves least.
+pub(super) fn curve_trials(control: Control, run: &Run, trials: &[Trial]) -> Vec<Trial> {
+    let pulses = trials.iter().filter_map(|trial| {
+        let rms = run.result(&trial.name())?.cutting.rms;
+        (control == Control::Siemens && trial.method.name() == PULSE).then_some((trial, rms))
+    });
+    let Some((pulse, _)) = pulses.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Vec::new();
+    };
+    let mut all = Vec::new();
+    for parts in CURVES {
+        for least in LEAST_HEIGHTS {
+            let percent = parts.map(|part| 100.0 * part);
+            let said = format!(
+                "{}, over accelerations of {percent:?} % of the largest, {least} of it beyond",
+                pulse.said
+            );
+            let constant = Arc::clone(&pulse.change);
+            all.push(Trial::new(PULSE, said, move |config| {
+                constant(config);
+                let largest = config.compensation.fixed_linuxcnc.acceleration_units_s2;
+                let pulse = &mut config.compensation.decaying_pulse;
+                // In steps of 1 mm/s2 and 1 um/s, far below what a control takes.
+                let round = |value: f64, step: f64| (value / step).round() * step;
+                pulse.acceleration_units_s2 =
+                    largest.map(|most| parts.map(|part| round(part * most, 1.0).max(1.0)));
+                pulse.least_height_units_s = pulse
+                    .height_units_s
+                    .map(|height| round(least * height, 1e-3));
+            }));
+        }
+    }
+    all.into_iter().flatten().collect()
+}
+
+/// What the best curve leaves beside the best constant pulse.
+pub(super) fn best_curve(run: &Run, first: &Run) -> String {
+    let least = |run: &Run, is_curve: bool| {
+        let of_kind = run.results.iter().filter(|result| {
+            result.method.starts_with(PULSE) && result.method.contains("accelerations") == is_curve
+        });
+        let rms = of_kind.map(|result| result.cutting.rms);
+        rms.fold(f64::INFINITY, f64::min)
+    };
+    format!(
+        "friction compensation (MD32490): with the best curve over the acceleration RMS {:.2} um, with the best constant pulse {:.2} um",
+        least(run, true),
+        least(first, false)
+    )
+}
