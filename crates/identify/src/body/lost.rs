@@ -88,7 +88,8 @@ pub struct LostMotion {
 /// rows count in which the motor speeds up or keeps its speed.
 ///
 /// # Errors
-/// What is missing: no load's position, no reversal, a load that does not move beyond its noise.
+/// What is missing: no load's position, no reversal, a load that does not move beyond its noise; a loss that
+/// hides in what lateness of the load makes; a load ahead of its motor.
 pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMotion, String> {
     if log.load.is_empty() {
         return Err(
@@ -108,11 +109,13 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
         None => MOST_UNSEEN_S,
     };
     let presumed = match loss(&rows, noise, Late::Presumed(unseen_s)) {
-        Err(Untold::Other(why)) => return Err(why),
-        presumed => presumed.map_err(Untold::into_words),
+        Err(Untold::InLateness) => Err(Untold::InLateness),
+        Err(why) => return Err(why.into_words()),
+        presumed => presumed,
     };
     let width = |found: &Loss| found.lost.total.interval[1] - found.lost.total.interval[0];
     let told = match (loss(&rows, noise, Late::Told), &presumed) {
+        (Err(Untold::Reversed), _) => return Err(Untold::Reversed.into_words()),
         (Ok(told), Ok(presumed)) if width(&told) >= width(presumed) => None,
         (told, _) => told.ok(),
     };
@@ -124,7 +127,7 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
             fit_lost_motion(&log.clone().with_late_taken_off(off), body)
         }
         Some(told) => Ok(told.lost),
-        None => presumed.map(|found| found.lost),
+        None => presumed.map(|found| found.lost).map_err(Untold::into_words),
     }
 }
 
@@ -138,8 +141,10 @@ struct Loss {
 enum Untold {
     /// It hides in what lateness of the load makes.
     InLateness,
+    /// Certainly below zero.
+    Reversed,
     /// In words.
-    Other(String),
+    Other(&'static str),
 }
 
 impl Untold {
@@ -149,7 +154,8 @@ impl Untold {
                 "a load that is read up to {} ms later or earlier than the motor looks the same at these speeds: move with strokes of several speeds, or slower",
                 MOST_UNSEEN_S * 1e3
             ),
-            Untold::Other(why) => why,
+            Untold::Reversed => "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position".to_owned(),
+            Untold::Other(why) => why.to_owned(),
         }
     }
 }
@@ -165,7 +171,6 @@ enum Late {
 
 /// The loss with a load that is so late.
 fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
-    let other = |why: &str| Err(Untold::Other(why.to_owned()));
     let (reversals, range) = (rows.followed.reversals, rows.followed.range());
     let lowest = (SHORTEST * range).max(noise);
     // A loss that is complete soon is told by the few rows behind each reversal, which the many others
@@ -196,9 +201,9 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
         look = Look::of(rows, lengths, within, late);
     }
     let Some(found) = look.best() else {
-        return other(
+        return Err(Untold::Other(
             "the load's travel does not tell a step from a slow loss: make longer strokes",
-        );
+        ));
     };
     let (fits, lengths, alike, near) = (&look.fits, &look.lengths, &look.alike, look.near);
     let best = look.best;
@@ -247,14 +252,12 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
     let unseen = noise + total(&of_lateness).abs();
     let [low, high] = plain.interval;
     if high + unseen < 0.0 {
-        return other(
-            "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position",
-        );
+        return Err(Untold::Reversed);
     }
     if high - low > range {
-        return other(
+        return Err(Untold::Other(
             "motor and load do not go together: are both in the same unit? Else make more strokes",
-        );
+        ));
     }
     if low > 0.0 && unseen >= low {
         return Err(Untold::InLateness);

@@ -278,3 +278,13 @@ fn lateness_at_one_speed_is_held_or_refused() {
         }
     }
 }
+
+/// Exchanged columns are found whatever lateness could be.
+#[test]
+fn a_load_ahead_of_its_motor_is_refused() {
+    let log = strokes(&[0.05, 0.01, 0.03, 0.002], 12e-6, 0.0, 33_300);
+    let time: Vec<f64> = (0..log.len()).map(|at| 1e-3 * at as f64).collect();
+    let swapped = BodyLog::from_rows(&time, log.load, log.motor, Vec::new(), Vec::new()).unwrap();
+    let why = fit_lost_motion(&swapped, None).unwrap_err();
+    assert!(why.contains("ahead of the motor"), "{why}");
+}
