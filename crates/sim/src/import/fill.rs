@@ -1,15 +1,14 @@
 //! What a description lacks, from a machine that lends it, and the whole as a machine file.
 
 use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, Told, float};
+use super::places::{home_of, positions};
 use super::{Imported, USUAL_PRESET, gantry, problem, stepper};
 use crate::control::Control;
 use crate::machine::{LimitsTable, Machine, MachineAxis, PathStops, Problem, presets};
-use lostmotion_base::units::{deg, rad};
-use lostmotion_base::{AxisId, Coords};
+use lostmotion_base::units::rad;
 use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_gcode::Units;
-use lostmotion_kinematics::chain::JointSpec;
-use lostmotion_kinematics::{KinematicsSpec, Words, build};
+use lostmotion_kinematics::{KinematicsSpec, Words};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt::Write;
@@ -34,16 +33,6 @@ const SUDDEN_S: f64 = 5e-3;
 /// What machine files take as a jerk.
 const LEAST_JERK: f64 = 0.1;
 const MOST_JERK: f64 = 1e9;
-
-/// How far a SCARA's elbow is bent at its homes, degrees: any angle clear of straight and folded.
-const ELBOW_DEG: f64 = 60.0;
-/// How far the joints of an arm stand from the middle of their travel at home, degrees or mm, by
-/// the order of its axes: unequal angles, at which no common arm is straight. A choice: primes,
-/// those of the first six axes all different.
-const ARM_HOME_OFFSETS: [f64; 9] = [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0];
-/// Part of its travel that a joint at home keeps from the ends. A choice: room for motion about
-/// home.
-const HOME_MARGIN: f64 = 0.05;
 
 /// A machine file out of a draft.
 pub(super) fn machine(
@@ -190,7 +179,11 @@ fn reversed(axis: &DraftAxis) -> Option<Problem> {
     })
 }
 
-fn filled(key: impl Into<String>, value: impl Into<String>, note: impl Into<String>) -> Row {
+pub(super) fn filled(
+    key: impl Into<String>,
+    value: impl Into<String>,
+    note: impl Into<String>,
+) -> Row {
     Row {
         key: key.into(),
         value: value.into(),
@@ -448,35 +441,6 @@ fn parts(text: &str, letter: char) -> Vec<&str> {
     lines
 }
 
-fn home_of(joint: &JointSpec, axes: &[DraftAxis], travel: &[(f64, f64)]) -> f64 {
-    let index = axes
-        .iter()
-        .position(|axis| joint.axis_id() == Some(axis.id));
-    let (min, max) = index
-        .and_then(|index| travel.get(index))
-        .copied()
-        .unwrap_or((-90.0, 90.0));
-    let middle = if min < 0.0 && max > 0.0 {
-        0.0
-    } else {
-        0.5 * (min + max)
-    };
-    // A bent arm: straight ones are singular.
-    let bent = middle
-        + ARM_HOME_OFFSETS
-            .get(index.unwrap_or(0))
-            .copied()
-            .unwrap_or(5.0);
-    // A travel with one end lent may be reversed: min and max do not panic as clamp would, and
-    // the check of the machine refuses it.
-    (bent
-        .min(max - HOME_MARGIN * (max - min))
-        .max(min + HOME_MARGIN * (max - min))
-        * 100.0)
-        .round()
-        / 100.0
-}
-
 fn head(draft: &Draft, preset: &str) -> String {
     // These would end the string in the file.
     let name = draft.name.replace(['"', '\\', '\n'], " ");
@@ -598,137 +562,4 @@ fn part_of(command_ms: f64, longest_us: f64) -> f64 {
     let least = command_ns.div_ceil(longest_ns.max(1)).max(1);
     let parts = (least..=command_ns).find(|parts| command_ns.is_multiple_of(*parts));
     (command_ns / parts.unwrap_or(1)) as f64 * 1e-3
-}
-
-/// Part of the travel that zero has to be inside its ends for parts to be around it. A choice: controls
-/// that count from a switch have zero at an end, where no part is.
-const CLEAR_OF_ENDS: f64 = 0.1;
-
-/// Where parts are likely to be on an axis of a mill or router: at zero, or in the middle of a travel
-/// that begins or ends there.
-fn part_zero(min: f64, max: f64) -> f64 {
-    let clear = CLEAR_OF_ENDS * (max - min);
-    if (min + clear..=max - clear).contains(&0.0) {
-        0.0
-    } else {
-        0.5 * (min + max)
-    }
-}
-
-/// Work offset and homes within the travel: zero where it can be, else the middle.
-fn positions(
-    draft: &Draft,
-    travel: &[(f64, f64)],
-    out: &mut String,
-    rows: &mut Vec<Row>,
-) -> Result<(), Vec<Problem>> {
-    let mut joints = Coords::ZERO;
-    // The joints stand at zero where their travel has it, else in its middle.
-    for (axis, (min, max)) in draft.axes.iter().zip(travel) {
-        let at = if *min <= 0.0 && *max >= 0.0 {
-            0.0
-        } else {
-            0.5 * (min + max)
-        };
-        joints[axis.id] = if axis.rotary {
-            lostmotion_base::units::rad(at)
-        } else {
-            at
-        };
-        if matches!(draft.kinematics, KinematicsSpec::Scara(_)) && axis.id == AxisId::B {
-            // A straight arm is singular.
-            joints[axis.id] = lostmotion_base::units::rad(ELBOW_DEG.min(*max).max(*min));
-        }
-    }
-    let kinematics = build(&draft.kinematics)
-        .map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
-    // An arm stands at its home, which is clear of singular poses.
-    if let KinematicsSpec::Chain(chain) = &draft.kinematics
-        && let Some(home) = &chain.home
-    {
-        for (joint, at) in chain.joint.iter().zip(home) {
-            let Some(id) = joint.axis_id() else {
-                continue;
-            };
-            joints[id] = if joint.is_rotary() {
-                lostmotion_base::units::rad(*at)
-            } else {
-                *at
-            };
-        }
-    }
-    // Machine files give places in words, not in joints.
-    let words = kinematics.forward(&joints, &[0.0; 3]);
-    // Of a lathe zero of X is the middle of its spindle, and of a printer the corner of its bed.
-    let linear = [AxisId::X, AxisId::Y, AxisId::Z];
-    let has = |id: &AxisId| draft.axes.iter().any(|axis| axis.id == *id && !axis.rotary);
-    let is_mill = matches!(draft.kinematics, KinematicsSpec::Cartesian(_))
-        && draft.size == MachineSize::Router
-        && linear.iter().all(has);
-    let mut parts = words;
-    if is_mill {
-        for (axis, (min, max)) in draft.axes.iter().zip(travel) {
-            if linear.contains(&axis.id) {
-                parts[axis.id] = part_zero(*min, *max);
-            }
-        }
-    }
-    // Told places that the travel has go before those.
-    let usual = ["work_offset.g54", "home.g28", "home.g30"];
-    let told = draft.offsets.iter().map(|(table, ..)| *table);
-    let mut tables: Vec<&str> = usual.into_iter().chain(told).collect();
-    let mut seen = Vec::new();
-    tables.retain(|table| {
-        !seen.contains(table) && {
-            seen.push(*table);
-            true
-        }
-    });
-    for key in tables {
-        let mut lines = Vec::new();
-        for axis in AxisId::ALL {
-            let own = if key == usual[0] {
-                parts[axis]
-            } else {
-                words[axis]
-            };
-            let own = if axis.is_rotary() { deg(own) } else { own };
-            let mut offsets = draft.offsets.iter();
-            let told = offsets.rfind(|(table, id, _)| *table == key && *id == axis);
-            let at = draft.axes.iter().position(|own| own.id == axis);
-            let has = |value: f64| {
-                at.and_then(|at| travel.get(at))
-                    .is_some_and(|(min, max)| (*min..=*max).contains(&value))
-            };
-            let (value, from) = match told {
-                Some((_, _, told)) if has(told.value) => (told.value, format!(" # {}", told.from)),
-                Some((_, _, told)) => {
-                    rows.push(Row {
-                        key: told.from.clone(),
-                        value: float(told.value),
-                        fate: Fate::Ignored,
-                        note: format!("{key}: outside the travel of {axis}"),
-                    });
-                    (if usual.contains(&key) { own } else { 0.0 }, String::new())
-                }
-                None if usual.contains(&key) => (own, String::new()),
-                None => (0.0, String::new()),
-            };
-            // What a position leaves out is 0.
-            if value.abs() > 1e-9 {
-                lines.push(format!("{} = {}{from}", axis.column(), float(value)));
-            }
-        }
-        let told = draft.offsets.iter().any(|(table, ..)| *table == key);
-        let why = if told {
-            "as told; the rest within the travel"
-        } else {
-            "within the travel: set it to where parts are"
-        };
-        let _ = write!(out, "# {why}\n[{key}]\n{}\n\n", lines.join("\n"));
-        if !told {
-            rows.push(filled(key, lines.join(", "), "within the travel"));
-        }
-    }
-    Ok(())
 }

@@ -34,7 +34,80 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");
     let hal = Hal::read(&ini, &mut draft, options);
-    for entry in hal.replaced(&ini) {
+    replace_by_hal(&mut draft, &mut ini, &hal);
+    tell_lines(&mut draft, &ini, &mut problems);
+    let name = ini.first(&["EMC"], "MACHINE");
+    if let Some(name) = name.filter(|entry| !entry.value.is_empty()) {
+        draft.name.clone_from(&name.value);
+    }
+    let kins = Kins::of(&ini, &mut problems);
+    let joints = kins.joints(&ini, units(&ini, &mut draft));
+    draft.joint_axes = joints
+        .numbered
+        .iter()
+        .map(|joint| joint.map(|it| it.0))
+        .collect();
+    // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
+    let pins = Pins::new(kins.name, kins.line, &hal, &ini);
+    let tables: Vec<(&Entry, String)> = ini
+        .entries
+        .iter()
+        .filter(|entry| entry.key == "COMP_FILE" && joints.of(&entry.section).is_some())
+        .filter_map(|entry| Some((entry, entry.text(&mut draft, options)?)))
+        .collect();
+    let source = Source {
+        ini: &ini,
+        hal: &hal,
+        module: kins.name,
+        joints: &joints,
+        tables: &tables,
+        options,
+    };
+    source.take(&mut draft, &mut problems);
+    let further: Vec<(AxisId, String)> = ini
+        .entries
+        .iter()
+        .filter(|entry| joints.is_further(&entry.section))
+        .filter_map(|entry| Some((joints.of(&entry.section)?.0, entry.section.clone())))
+        .collect();
+    draft.add_motors(&further);
+    source.take_tables(&mut draft, &mut problems);
+    let scale = (joints.units.linear, joints.units.angular);
+    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &hal, &joints.numbered, scale) {
+        problems.push(found);
+    }
+    motor_rows(&mut draft, &ini, &joints);
+    carry(&mut draft);
+    if draft.axes.is_empty() && problems.is_empty() {
+        problems.push(problem(
+            1,
+            "",
+            "there is no [JOINT_n] or [AXIS_L] with limits",
+            match ini.included.iter().find(|file| file.missing.is_some()) {
+                Some(_) => "a file that it includes was not read: is it there?",
+                None => "is it the machine's INI file?",
+            },
+        ));
+    }
+    if let Some(module) = kins.module
+        && let Err(found) = module.describe(&mut draft, pins, joints.units.linear, &kins.letters)
+    {
+        problems.push(found);
+    }
+    complete(&mut draft);
+    let named = kins.letters.iter();
+    let named = named.map(|(axis, _)| (*axis, "the coordinates name it"));
+    draft.expected.extend(named);
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
+}
+
+/// Puts what HAL sets into the place of the limits that it sets, and tells what is set besides.
+fn replace_by_hal(draft: &mut Draft, ini: &mut Ini, hal: &Hal) {
+    for entry in hal.replaced(ini) {
         if !RULES.iter().any(|(key, _)| *key == entry.key) {
             draft.row(
                 entry.name(),
@@ -50,7 +123,10 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             draft.row(before.name(), before.value, Fate::Ignored, note);
         }
     }
-    let first = |sections: &[&str], key: &str| ini.first(sections, key);
+}
+
+/// Tells of included files and of lines that are no entries.
+fn tell_lines(draft: &mut Draft, ini: &Ini, problems: &mut Vec<Problem>) {
     // What is asked for may stand in an included file; in silence defaults would take its place.
     for included in &ini.included {
         let (fate, note) = match &included.missing {
@@ -73,126 +149,171 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
             draft.row(format!("line {line}"), text.as_str(), Fate::Ignored, note);
         }
     }
-    if let Some(name) = first(&["EMC"], "MACHINE").filter(|entry| !entry.value.is_empty()) {
-        draft.name.clone_from(&name.value);
+}
+
+/// KINEMATICS = MODULE [coordinates=LETTERS]: in [KINS], or in [TRAJ] of older files.
+struct Kins<'a> {
+    name: &'a str,
+    line: usize,
+    /// `None` of one that is not known.
+    module: Option<&'static Module>,
+    /// Coordinates that the module is told.
+    told: Option<&'a str>,
+    /// Those that count.
+    coordinates: &'a str,
+    /// Their axes.
+    letters: Vec<Numbered>,
+}
+
+impl<'a> Kins<'a> {
+    fn of(ini: &'a Ini, problems: &mut Vec<Problem>) -> Kins<'a> {
+        let entry = ini.first(&["KINS", "TRAJ"], "KINEMATICS");
+        let mut words = entry
+            .map_or("trivkins", |entry| entry.value.as_str())
+            .split_whitespace();
+        let name = words.next().unwrap_or("trivkins");
+        let line = entry.map_or(1, |entry| entry.line);
+        let told = words.find_map(|word| word.strip_prefix("coordinates="));
+        let module = kins::find(name, line)
+            .map_err(|found| problems.push(found))
+            .ok();
+        // Which axes there are: the module's argument, then [TRAJ], then what the module usually has.
+        let coordinates = told
+            .or_else(|| {
+                let entry = ini.first(&["TRAJ"], "COORDINATES")?;
+                Some(entry.value.as_str())
+            })
+            .unwrap_or(module.map_or("XYZ", |module| module.coordinates));
+        let letters = coordinates
+            .chars()
+            .filter_map(AxisId::from_letter)
+            .map(|axis| (axis, axis.is_rotary()))
+            .collect();
+        Kins {
+            name,
+            line,
+            module,
+            told,
+            coordinates,
+            letters,
+        }
     }
-    // KINEMATICS = MODULE [coordinates=LETTERS]: in [KINS], or in [TRAJ] of older files.
-    let kins = first(&["KINS", "TRAJ"], "KINEMATICS");
-    let mut words = kins
-        .map_or("trivkins", |entry| entry.value.as_str())
-        .split_whitespace();
-    let name = words.next().unwrap_or("trivkins");
-    let line = kins.map_or(1, |entry| entry.line);
-    let told = words.find_map(|word| word.strip_prefix("coordinates="));
-    let module = kins::find(name, line)
-        .map_err(|found| problems.push(found))
-        .ok();
-    let usual = module.map_or("XYZ", |module| module.coordinates);
-    // Which axes there are: the module's argument, then [TRAJ], then what the module usually has.
-    let coordinates = told
-        .or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value.as_str()))
-        .unwrap_or(usual);
-    let letters: Vec<Numbered> = coordinates
-        .chars()
-        .filter_map(AxisId::from_letter)
-        .map(|axis| (axis, axis.is_rotary()))
-        .collect();
+
+    /// The joints as the module numbers them.
+    fn joints(&self, ini: &Ini, units: Units) -> IniJoints {
+        let by_letter = self
+            .module
+            .filter(|module| self.told.is_none() && module.numbers_all_letters());
+        let numbered = by_letter
+            .and_then(|_| by_place_of_letter(ini, &self.letters))
+            .unwrap_or_else(|| {
+                let numbered = self.module.map_or_else(
+                    || self.letters.clone(),
+                    |module| module.numbered(self.coordinates),
+                );
+                numbered.into_iter().map(Some).collect()
+            });
+        IniJoints {
+            numbered,
+            words_too: self.module.is_none_or(Module::words_are_joints),
+            units,
+        }
+    }
+}
+
+/// Factors from the machine's units to mm and degrees; tells the control's units.
+fn units(ini: &Ini, draft: &mut Draft) -> Units {
     // The interpreter starts in the machine's units (LinuxCNC, Interp::init).
     let is_inch = |entry: &&Entry| matches!(&*entry.value, "inch" | "in" | "imperial");
-    if let Some(entry) = first(&["TRAJ"], "LINEAR_UNITS").filter(is_inch) {
+    if let Some(entry) = ini.first(&["TRAJ"], "LINEAR_UNITS").filter(is_inch) {
         draft.control_units = (Length::Inch, entry.name());
     }
-    // Factors from the machine's units to mm and degrees.
-    let scale = Units {
+    let angular = ini.first(&["TRAJ"], "ANGULAR_UNITS");
+    Units {
         linear: draft.control_units.0.mm(),
-        angular: match first(&["TRAJ"], "ANGULAR_UNITS").map_or("degree", |entry| &entry.value) {
+        angular: match angular.map_or("degree", |entry| &entry.value) {
             "radian" | "rad" => lostmotion_base::units::deg(1.0),
             _ => 1.0,
         },
-    };
-    let by_letter = module.filter(|module| told.is_none() && module.numbers_all_letters());
-    let numbered = by_letter
-        .and_then(|_| by_place_of_letter(&ini, &letters))
-        .unwrap_or_else(|| {
-            let numbered = module.map_or_else(|| letters.clone(), |it| it.numbered(coordinates));
-            numbered.into_iter().map(Some).collect()
-        });
-    draft.joint_axes = numbered.iter().map(|joint| joint.map(|it| it.0)).collect();
-    let joints = IniJoints {
-        numbered,
-        words_too: module.is_none_or(Module::words_are_joints),
-        units: scale,
-    };
-    // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
-    let pins = Pins::new(name, line, &hal, &ini);
-    let tables: Vec<(&Entry, String)> = ini
-        .entries
-        .iter()
-        .filter(|entry| entry.key == "COMP_FILE" && joints.of(&entry.section).is_some())
-        .filter_map(|entry| Some((entry, entry.text(&mut draft, options)?)))
-        .collect();
-    let mut limits = Limits::default();
-    for entry in &ini.entries {
-        let has_table = |(table, _): &(&Entry, String)| table.section == entry.section;
-        if entry.key == "BACKLASH" && tables.iter().any(has_table) {
-            let note = "LinuxCNC does not use it beside a COMP_FILE";
-            draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
-            continue;
-        }
-        // Files are told where they are read.
-        let is_told = match entry.key.as_str() {
-            "HALFILE" | "POSTGUI_HALFILE" => true,
-            "HALCMD" | "POSTGUI_HALCMD" => hal.takes(entry, name),
-            _ => false,
-        };
-        if entry.section == "HAL" && is_told {
-            continue;
-        }
-        let joint = joints.of(&entry.section);
-        let mm = joints.units.linear;
-        let taken = match joint {
-            Some(_) if linuxcnc_motors::is_motor_key(&entry.key) => Ok(true),
-            Some(_) if matches!(entry.key.as_str(), "COMP_FILE" | "COMP_FILE_TYPE") => Ok(true),
-            _ => linuxcnc_files::take(&mut draft, entry, mm, options),
-        };
-        match taken {
-            Ok(true) => continue,
-            Ok(false) => {}
-            Err(found) => {
-                problems.push(found);
+    }
+}
+
+/// What the draft is taken from.
+struct Source<'a> {
+    ini: &'a Ini,
+    hal: &'a Hal,
+    /// Name of the kinematics module.
+    module: &'a str,
+    joints: &'a IniJoints,
+    /// Entries that name a screw's table, with its text.
+    tables: &'a [(&'a Entry, String)],
+    options: &'a ImportOptions<'a>,
+}
+
+impl Source<'_> {
+    /// Takes the entries over, and reports those that are not.
+    fn take(&self, draft: &mut Draft, problems: &mut Vec<Problem>) {
+        let mut limits = Limits::default();
+        for entry in &self.ini.entries {
+            let has_table = |(table, _): &(&Entry, String)| table.section == entry.section;
+            if entry.key == "BACKLASH" && self.tables.iter().any(has_table) {
+                let note = "LinuxCNC does not use it beside a COMP_FILE";
+                draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
                 continue;
             }
+            match self.is_taken(draft, entry) {
+                Ok(true) => continue,
+                Ok(false) => {}
+                Err(found) => {
+                    problems.push(found);
+                    continue;
+                }
+            }
+            match limit(entry, self.joints) {
+                Ok(Some(found)) => limits.add(found),
+                Ok(None) => other(draft, entry),
+                Err(found) => problems.push(found),
+            }
         }
-        match limit(entry, &joints) {
-            Ok(Some(found)) => limits.add(found),
-            Ok(None) => other(&mut draft, entry),
-            Err(found) => problems.push(found),
-        }
+        limits.set(draft);
     }
-    limits.set(&mut draft);
-    let further: Vec<(AxisId, String)> = ini
-        .entries
-        .iter()
-        .filter(|entry| joints.is_further(&entry.section))
-        .filter_map(|entry| Some((joints.of(&entry.section)?.0, entry.section.clone())))
-        .collect();
-    draft.add_motors(&further);
-    let units = (joints.units.linear, joints.units.angular);
-    for (entry, text) in &tables {
-        let Some(joint) = joints.of(&entry.section) else {
-            continue;
+
+    /// Whether an entry is taken here or told elsewhere: what is of files, motors and HAL.
+    fn is_taken(&self, draft: &mut Draft, entry: &Entry) -> Result<bool, Problem> {
+        // Files are told where they are read.
+        let of_hal = match entry.key.as_str() {
+            "HALFILE" | "POSTGUI_HALFILE" => true,
+            "HALCMD" | "POSTGUI_HALCMD" => self.hal.takes(entry, self.module),
+            _ => false,
         };
-        let kind = ini.first(&[&entry.section], "COMP_FILE_TYPE");
-        let unit = if joint.1 { units.1 } else { units.0 };
-        if let Err(found) = linuxcnc_files::screw(&mut draft, entry, kind, joint, unit, text) {
-            problems.push(found);
+        if entry.section == "HAL" && of_hal {
+            return Ok(true);
+        }
+        let is_joint = self.joints.of(&entry.section).is_some();
+        let is_screw = matches!(entry.key.as_str(), "COMP_FILE" | "COMP_FILE_TYPE");
+        if is_joint && (is_screw || linuxcnc_motors::is_motor_key(&entry.key)) {
+            return Ok(true);
+        }
+        linuxcnc_files::take(draft, entry, self.joints.units.linear, self.options)
+    }
+
+    /// Takes the gaps of the screws' tables.
+    fn take_tables(&self, draft: &mut Draft, problems: &mut Vec<Problem>) {
+        let units = &self.joints.units;
+        for (entry, text) in self.tables {
+            let Some(joint) = self.joints.of(&entry.section) else {
+                continue;
+            };
+            let kind = self.ini.first(&[&entry.section], "COMP_FILE_TYPE");
+            let unit = if joint.1 { units.angular } else { units.linear };
+            let taken = linuxcnc_files::screw(draft, entry, kind, joint, unit, text);
+            problems.extend(taken.err());
         }
     }
-    if let Err(found) = linuxcnc_motors::tell(&mut draft, &ini, &hal, &joints.numbered, units) {
-        problems.push(found);
-    }
-    motor_rows(&mut draft, &ini, &joints);
-    // BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
+}
+
+/// BACKLASH and COMP_FILE are at work already: the gap is the machine's, the method the control's.
+fn carry(draft: &mut Draft) {
     draft.control = Some(Control::LinuxCnc);
     draft.carry("fixed-linuxcnc", |axis| {
         let told = [
@@ -203,32 +324,6 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         told.filter_map(|(key, told)| Some((key, told.as_ref()?.value)))
             .collect()
     });
-    if draft.axes.is_empty() && problems.is_empty() {
-        problems.push(problem(
-            1,
-            "",
-            "there is no [JOINT_n] or [AXIS_L] with limits",
-            match ini.included.iter().find(|file| file.missing.is_some()) {
-                Some(_) => "a file that it includes was not read: is it there?",
-                None => "is it the machine's INI file?",
-            },
-        ));
-    }
-    if let Some(module) = module
-        && let Err(found) = module.describe(&mut draft, pins, joints.units.linear, &letters)
-    {
-        problems.push(found);
-    }
-    complete(&mut draft);
-    let named = letters
-        .iter()
-        .map(|(axis, _)| (*axis, "the coordinates name it"));
-    draft.expected.extend(named);
-    if problems.is_empty() {
-        Ok(draft)
-    } else {
-        Err(problems)
-    }
 }
 
 /// Keys of motors and of screws that nothing was made of are told as that.

@@ -18,6 +18,7 @@ mod kins;
 mod linuxcnc_files;
 mod linuxcnc_motors;
 mod mcodes;
+mod places;
 mod stepper;
 mod wildcards;
 
