@@ -7,7 +7,7 @@
 //! [`MOST_UNSEEN_S`].
 
 use crate::{
-    body::LoadOff,
+    body::{LoadOff, load_off::MOST_UNSEEN_S},
     contact::Contact,
     error::{FitError, NotExcited},
     estimate::{
@@ -20,10 +20,6 @@ use crate::{
     solver::QpSolver,
     window::WindowSample,
 };
-
-/// Lateness, either way, that the interval of a gap, or of lost motion, holds where the log does not tell it, s. A choice: from
-/// here on it is taken off before where speeds differ, and ordinary controls read all in a cycle of less.
-pub(crate) const MOST_UNSEEN_S: f64 = 400e-6;
 
 /// Lateness by which its effect on gap and compliance is tried, s: both change in proportion.
 const PROBE_S: f64 = 10e-6;

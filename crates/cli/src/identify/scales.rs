@@ -111,8 +111,12 @@ impl Scales {
     }
 
     pub(super) fn motion(&self, motion: &Motion, log: &BodyLog) -> String {
+        let missing = match log.missing_rows() {
+            0 => String::new(),
+            count => format!(", {count} of them in the place of missing rows"),
+        };
         let text = format!(
-            "{} samples every {} ms: {} strokes, {} reversals, {} rests; up to {} {u}/s and {} {u}/s^2\n",
+            "{} samples every {} ms{missing}: {} strokes, {} reversals, {} rests; up to {} {u}/s and {} {u}/s^2\n",
             log.len(),
             figures(1e3 * log.period_s),
             motion.strokes.len(),

@@ -9,11 +9,10 @@
 //! motor - load = offset + step s / 2 + travel_lost z / 2,    dz / dx = (s - z) / length
 //! ```
 
-use super::load_off::VARIES_SHARE;
+use super::load_off::{MOST_UNSEEN_S, VARIES_SHARE};
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, LoadOff, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
-use crate::lateness::MOST_UNSEEN_S;
 use serde::Serialize;
 
 /// Deviations of the load's noise that its place has to move by to count as moving. A choice.
@@ -171,35 +170,8 @@ enum Late {
 
 /// The loss with a load that is so late.
 fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
-    let (reversals, range) = (rows.followed.reversals, rows.followed.range());
-    let lowest = (SHORTEST * range).max(noise);
-    // A loss that is complete soon is told by the few rows behind each reversal, which the many others
-    // would outweigh: what is longer than the log allows goes, and with it the rows that only that needs.
-    let (mut longest, mut within) = (range, f64::INFINITY);
-    let mut look = Look::of(rows, [lowest, longest], within, late);
-    for _ in 0..LOOKS {
-        let Some(last) = look.alike.last().map(|&index| look.lengths[index]) else {
-            break;
-        };
-        let narrower = TELLS * SATURATED * last;
-        if narrower > (range / 3.0).min(within / 3.0) {
-            break;
-        }
-        let next = Look::of(rows, [lowest, longest.min(3.0 * last)], narrower, late);
-        if next.best().is_none() {
-            break;
-        }
-        (longest, within, look) = (3.0 * last, narrower, next);
-    }
-    // As finely as the lengths that explain the log are told.
-    if let [Some(first), Some(last)] = [look.alike.first(), look.alike.last()] {
-        let [shortest, longest] = [
-            look.lengths[*first] / look.growth,
-            look.lengths[*last] * look.growth,
-        ];
-        let lengths = [shortest.max(lowest), longest.min(range)];
-        look = Look::of(rows, lengths, within, late);
-    }
+    let range = rows.followed.range();
+    let (look, within) = Look::narrowed(rows, noise, late);
     let Some(found) = look.best() else {
         return Err(Untold::Other(
             "the load's travel does not tell a step from a slow loss: make longer strokes",
@@ -288,7 +260,7 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
             length(alike.first(), look.growth.recip()).unwrap_or(0.0),
             length(alike.last(), look.growth).unwrap_or(f64::INFINITY),
         ],
-        reversals,
+        reversals: rows.followed.reversals,
         rms: found.rms,
         is_step: alone || along.interval[0] <= 0.0,
     };
@@ -596,6 +568,41 @@ impl Look {
             alike,
             fits,
         }
+    }
+
+    /// The lengths that explain the log, as finely as it tells them, and the travel behind reversals within
+    /// which rows count.
+    fn narrowed(rows: &Rows<'_>, noise: f64, late: Late) -> (Look, f64) {
+        let range = rows.followed.range();
+        let lowest = (SHORTEST * range).max(noise);
+        // A loss that is complete soon is told by the few rows behind each reversal, which the many others
+        // would outweigh: what is longer than the log allows goes, and with it the rows that only that needs.
+        let (mut longest, mut within) = (range, f64::INFINITY);
+        let mut look = Look::of(rows, [lowest, longest], within, late);
+        for _ in 0..LOOKS {
+            let Some(last) = look.alike.last().map(|&index| look.lengths[index]) else {
+                break;
+            };
+            let narrower = TELLS * SATURATED * last;
+            if narrower > (range / 3.0).min(within / 3.0) {
+                break;
+            }
+            let next = Look::of(rows, [lowest, longest.min(3.0 * last)], narrower, late);
+            if next.best().is_none() {
+                break;
+            }
+            (longest, within, look) = (3.0 * last, narrower, next);
+        }
+        // As finely as the lengths that explain the log are told.
+        if let [Some(first), Some(last)] = [look.alike.first(), look.alike.last()] {
+            let [shortest, longest] = [
+                look.lengths[*first] / look.growth,
+                look.lengths[*last] * look.growth,
+            ];
+            let lengths = [shortest.max(lowest), longest.min(range)];
+            look = Look::of(rows, lengths, within, late);
+        }
+        (look, within)
     }
 
     fn best(&self) -> Option<&SquaresFit<COEFFICIENTS>> {

@@ -106,6 +106,8 @@ pub struct BodyLog {
     pub drive: Vec<f64>,
     /// Samples in the place of missing rows; empty for a whole log.
     lost: Vec<bool>,
+    /// How many of them there were in the log.
+    missing_rows: usize,
     /// How the load was off the motor, where that was taken off.
     load_off: Option<LoadOff>,
 }
@@ -144,6 +146,7 @@ impl BodyLog {
                 command,
                 drive,
                 lost: Vec::new(),
+                missing_rows: 0,
                 load_off: None,
             });
         }
@@ -164,6 +167,7 @@ impl BodyLog {
                 grid.straight(time_s, &drive)
             },
             period_s: grid.period_s,
+            missing_rows: grid.lost.iter().filter(|lost| **lost).count(),
             lost: grid.lost,
             load_off: None,
         })
@@ -214,6 +218,11 @@ impl BodyLog {
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
         self.motor.len()
+    }
+
+    /// Samples in the place of rows that were missing: nothing is read there.
+    pub fn missing_rows(&self) -> usize {
+        self.missing_rows
     }
 
     /// Share of the samples that stand for rows that were lost.

@@ -288,3 +288,20 @@ fn a_load_ahead_of_its_motor_is_refused() {
     let why = fit_lost_motion(&swapped, None).unwrap_err();
     assert!(why.contains("ahead of the motor"), "{why}");
 }
+
+/// Rows that are missing are counted, and the rest tells the loss.
+#[test]
+fn missing_rows_are_counted_and_passed_over() {
+    let gap = 12e-6;
+    let log = strokes(&[0.05, 0.01, 0.03, 0.002], gap, 0.0, 33_400);
+    let kept: Vec<usize> = (0..log.len())
+        .filter(|at| !(7_000..7_100).contains(at))
+        .collect();
+    let of = |column: &[f64]| kept.iter().map(|&at| column[at]).collect::<Vec<f64>>();
+    let time: Vec<f64> = kept.iter().map(|&at| 1e-3 * at as f64).collect();
+    let cut = BodyLog::from_rows(&time, of(&log.motor), of(&log.load), Vec::new(), Vec::new());
+    let cut = cut.unwrap();
+    assert_eq!((log.missing_rows(), cut.missing_rows()), (0, 100));
+    let [low, high] = fit_lost_motion(&cut, None).unwrap().total.interval;
+    assert!(low <= gap && gap <= high, "{low} to {high}");
+}

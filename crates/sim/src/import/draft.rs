@@ -1,6 +1,5 @@
 //! A machine as far as a format describes it; `fill` adds the rest.
 
-use super::gantry::{DraftGantry, FurtherMotor};
 use crate::control::Control;
 use lostmotion_base::AxisId;
 use lostmotion_gcode::Units;
@@ -76,6 +75,24 @@ pub(super) struct Carried {
     pub(super) method: &'static str,
     pub(super) settings: Vec<(&'static str, f64)>,
     pub(super) from: String,
+}
+
+/// A motor of an axis behind its first.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FurtherMotor {
+    /// Where it is told: `JOINT_2`.
+    pub(super) from: String,
+    /// Its gap, mm or deg.
+    pub(super) gap: Option<Told>,
+}
+
+/// An axis whose two motors have gaps of their own.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DraftGantry {
+    pub(super) axis: AxisId,
+    /// The axis that moves the tool along the beam.
+    pub(super) along: AxisId,
+    pub(super) second_gap: Told,
 }
 
 /// A quantity of an axis, mm or deg and s.
@@ -436,6 +453,41 @@ impl Draft {
     }
 }
 
+impl DraftAxis {
+    /// The further motor of a name, made if it is not there yet.
+    pub(super) fn further_motor(&mut self, from: &str) -> &mut FurtherMotor {
+        let index = self
+            .further
+            .iter()
+            .position(|motor| motor.from == from)
+            .unwrap_or_else(|| {
+                self.further.push(FurtherMotor {
+                    from: from.to_owned(),
+                    gap: None,
+                });
+                self.further.len() - 1
+            });
+        &mut self.further[index]
+    }
+
+    /// The gaps that are told, of the first motor and then of the further ones.
+    pub(super) fn gaps(&self) -> impl Iterator<Item = &Told> {
+        let further = self.further.iter().filter_map(|motor| motor.gap.as_ref());
+        self.gap.iter().chain(further)
+    }
+}
+
+impl Draft {
+    /// Further motors of the axes that are there.
+    pub(super) fn add_motors(&mut self, motors: &[(AxisId, String)]) {
+        for (id, from) in motors {
+            if let Some(axis) = self.axes.iter_mut().find(|axis| axis.id == *id) {
+                axis.further_motor(from);
+            }
+        }
+    }
+}
+
 /// What becomes of a negative gap.
 pub(super) const LEADING: &str =
     "negative: of an encoder that the load leads, which is not modelled; the gap is not told";
@@ -452,4 +504,18 @@ const ROUNDING: f64 = 1e-12;
 /// A vector without the rounding of the turns that led to it.
 pub(super) fn clean(v: [f64; 3]) -> [f64; 3] {
     v.map(|c| if c.abs() < ROUNDING { 0.0 } else { c })
+}
+
+/// A line of the report for what a preset lends.
+pub(super) fn filled(
+    key: impl Into<String>,
+    value: impl Into<String>,
+    note: impl Into<String>,
+) -> Row {
+    Row {
+        key: key.into(),
+        value: value.into(),
+        fate: Fate::Filled,
+        note: note.into(),
+    }
 }

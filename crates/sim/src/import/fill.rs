@@ -1,6 +1,6 @@
 //! What a description lacks, from a machine that lends it, and the whole as a machine file.
 
-use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, Told, float};
+use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, Told, filled, float};
 use super::places::{home_of, positions};
 use super::{Imported, USUAL_PRESET, gantry, problem, stepper};
 use crate::control::Control;
@@ -177,19 +177,6 @@ fn reversed(axis: &DraftAxis) -> Option<Problem> {
             "the first has to be below the second",
         )
     })
-}
-
-pub(super) fn filled(
-    key: impl Into<String>,
-    value: impl Into<String>,
-    note: impl Into<String>,
-) -> Row {
-    Row {
-        key: key.into(),
-        value: value.into(),
-        fate: Fate::Filled,
-        note: note.into(),
-    }
 }
 
 /// An axis of a preset, with its text.

@@ -1,7 +1,7 @@
 //! Axes that several motors drive: a table `[gantry]` where the gaps of two are told apart, else one
 //! motor, which moves alike as long as their gaps do.
 
-use super::draft::{Draft, DraftAxis, Fate, Row, Told, float};
+use super::draft::{Draft, DraftAxis, DraftGantry, Fate, Row, Told, float};
 use crate::machine::LEAST_BEAM_MM;
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::KinematicsSpec;
@@ -9,58 +9,6 @@ use std::fmt::Write;
 
 /// What to do where the gaps of the motors differ.
 const HOW: &str = "where they differ add a table [gantry] (axis, along, first_at_mm, second_at_mm, second_gap_um)";
-
-/// A motor of an axis behind its first.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct FurtherMotor {
-    /// Where it is told: `JOINT_2`.
-    pub(super) from: String,
-    /// Its gap, mm or deg.
-    pub(super) gap: Option<Told>,
-}
-
-/// An axis whose two motors have gaps of their own.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct DraftGantry {
-    axis: AxisId,
-    along: AxisId,
-    second_gap: Told,
-}
-
-impl DraftAxis {
-    /// The further motor of a name, made if it is not there yet.
-    pub(super) fn further_motor(&mut self, from: &str) -> &mut FurtherMotor {
-        let index = self
-            .further
-            .iter()
-            .position(|motor| motor.from == from)
-            .unwrap_or_else(|| {
-                self.further.push(FurtherMotor {
-                    from: from.to_owned(),
-                    gap: None,
-                });
-                self.further.len() - 1
-            });
-        &mut self.further[index]
-    }
-
-    /// The gaps that are told, of the first motor and then of the further ones.
-    pub(super) fn gaps(&self) -> impl Iterator<Item = &Told> {
-        let further = self.further.iter().filter_map(|motor| motor.gap.as_ref());
-        self.gap.iter().chain(further)
-    }
-}
-
-impl Draft {
-    /// Further motors of the axes that are there.
-    pub(super) fn add_motors(&mut self, motors: &[(AxisId, String)]) {
-        for (id, from) in motors {
-            if let Some(axis) = self.axes.iter_mut().find(|axis| axis.id == *id) {
-                axis.further_motor(from);
-            }
-        }
-    }
-}
 
 /// Decides of every axis with several motors what becomes of them, and reports it.
 pub(super) fn settle(draft: &mut Draft) {

@@ -1,7 +1,6 @@
 //! Where an imported machine stands, and where its parts are: homes and work offsets.
 
-use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, float};
-use super::fill::filled;
+use super::draft::{Draft, DraftAxis, Fate, MachineSize, Row, filled, float};
 use super::problem;
 use crate::machine::Problem;
 use lostmotion_base::units::{deg, rad};
