@@ -25,7 +25,12 @@
 //! load. The lag of the current loop is undone, see `traverse`. At rest, where the motor of a load
 //! that sticks has run ahead of the twin's, only the way is fed forward that is left. A half gap that
 //! changes is applied at the next crossing; with `taking_up` it is applied on the flank while the
-//! load slides, within a quarter of the torque that presses it, so that contact is kept; or at rest.
+//! load slides, within a quarter of the torque that presses it, so that contact is kept; or at rest. A
+//! load that is pushed at rest stops with all of its friction in the shaft, where that of the gapless
+//! twin may carry less; it is pushed so much farther:
+//! ```text
+//! offset   b + (T_f + T_const - T)/k       on the upper flank; mirrored on the lower one, and only where T presses the flank
+//! ```
 //!
 //! The law is this project's; the flank by torque sign is after Gan, Wang, Huang, Machines 2023,
 //! 11(2), 193. Where it fails is said in `lookup`.
@@ -59,6 +64,11 @@ const TAKE_UP_TORQUE_SHARE: f64 = 0.25;
 /// Change of the half gap that is not worth applying, rad: below the step of an encoder with 2^23
 /// counts (7e-7).
 const NEGLIGIBLE_CHANGE_RAD: f64 = 1e-7;
+/// Shortest time in which it is applied at rest, ms. A choice: a load swings on its shaft at 10 to 150 Hz, and
+/// one that is pushed within a period slides on (604417-8: by a third of the way).
+const REST_TAKE_UP_MS: f64 = 100.0;
+/// Part of the half gap by which a load may have been pushed too little at rest. A choice.
+const LACKING_SHARE: f64 = 0.05;
 /// Speed of the load from which on it certainly slides, rad/s at the motor. A choice: 160 um/s on a
 /// screw of 20 mm, as in the filters.
 const SLIDING_RAD_S: f64 = 0.05;
@@ -81,6 +91,23 @@ const PULL_SHARE_OF_FRICTION: f64 = 0.25;
 /// grows with the square to the cube of that; the rest is for the axis' own motion.
 pub(super) const TORQUE_SHARE: f64 = 0.8;
 
+/// Half a gap, rad: what is used of it in motion, and at rest. A traverse that is too long throws the
+/// load while it moves; at rest it takes it along by no more than it is too long.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HalfGap {
+    pub(super) moving: f64,
+    pub(super) resting: f64,
+}
+
+impl From<f64> for HalfGap {
+    fn from(half_gap: f64) -> HalfGap {
+        HalfGap {
+            moving: half_gap,
+            resting: half_gap,
+        }
+    }
+}
+
 /// The constant part: twin, limits and gains of an axis.
 #[derive(Clone, Debug)]
 pub(super) struct Crossing {
@@ -98,6 +125,7 @@ pub(super) struct Crossing {
     period: f64,
     traverse_ticks: [u32; 2],
     take_up_ticks: [u32; 2],
+    rest_take_up_ticks: u32,
     /// Whether a changed half gap is applied on the flank, not at the next crossing.
     takes_up: bool,
     /// Torque of the weight over the load's angle, where it is told.
@@ -133,6 +161,7 @@ impl Crossing {
             period,
             traverse_ticks: TRAVERSE_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
             take_up_ticks: TAKE_UP_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
+            rest_take_up_ticks: config.cycles.ticks(REST_TAKE_UP_MS),
             takes_up: false,
             weight: Waves::default(),
         }
@@ -204,9 +233,11 @@ impl Crossing {
         state: &mut CrossingState,
         signals: &Signals,
         load: &LoadModel,
-        half_gap: f64,
+        half_gap: impl Into<HalfGap>,
     ) -> Correction {
         let now = state.before;
+        let half_gaps = half_gap.into();
+        let half_gap = half_gaps.moving;
         self.follow(state, signals);
         // no new decision while a crossing is under way: it ends at rest on the far flank
         if !state.crossing() {
@@ -227,9 +258,10 @@ impl Crossing {
             let to = f64::from(side) * half_gap;
             if side != state.side {
                 state.side = side;
+                state.rested = None;
                 self.cross(state, signals, load, to, ticks);
             } else if self.takes_up && !state.traverse.moving() {
-                self.take_up(state, &now, load, to, half_gap);
+                self.take_up(state, &now, load, half_gaps);
             }
         }
         let crossing = state.crossing();
@@ -287,24 +319,17 @@ impl Crossing {
     }
 
     /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
-    /// in contact: while it slides and is pressed, or rests. At rest the motor goes to the place that
-    /// would be right for a load on this flank; where the load lies elsewhere in its gap it is met on the
-    /// way and taken along to its place, or not at all, so that it is never farther off than before.
-    fn take_up(
-        &self,
-        state: &mut CrossingState,
-        now: &Shown,
-        load: &LoadModel,
-        to: f64,
-        half_gap: f64,
-    ) {
-        let way = to - state.traverse.now();
-        if way.abs() > NEGLIGIBLE_CHANGE_RAD && self.has_settled(state, load, half_gap) {
-            let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
-            state.traverse.start(to, ticks, &self.current);
-            state.taking_up = true;
+    /// in contact: while it slides and is pressed, or rests.
+    fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, half_gap: HalfGap) {
+        if self.has_settled(state, load, half_gap.resting) {
+            self.take_up_at_rest(state, now, load, half_gap.resting);
             return;
         }
+        let side = f64::from(state.side);
+        let taken = side * state.traverse.now();
+        // what a rest has taken up stays until the next crossing
+        let to = side * taken.min(half_gap.resting).max(half_gap.moving);
+        let way = to - state.traverse.now();
         let pressed = now.torque * f64::from(state.side);
         if pressed <= self.unloaded || now.load_velocity.abs() < SLIDING_RAD_S {
             return;
@@ -325,6 +350,49 @@ impl Crossing {
         if ticks < self.take_up_ticks[1] {
             state.traverse.start(to, ticks, &self.current);
             state.taking_up = true;
+        }
+    }
+
+    /// Applies a half gap, rad, at rest: the motor goes to the place that is right for a load on this flank.
+    /// Where it lies elsewhere in its gap it is met on the way and taken along to where the twin's lies, or
+    /// not at all, so that it is never farther off than before.
+    fn take_up_at_rest(
+        &self,
+        state: &mut CrossingState,
+        now: &Shown,
+        load: &LoadModel,
+        half_gap: f64,
+    ) {
+        // before the first flank nothing is known of where the load is
+        if state.side == 0 {
+            return;
+        }
+        let side = f64::from(state.side);
+        let taken = side * state.traverse.now();
+        let before = state.rested.unwrap_or(Rested {
+            half_gap: taken,
+            pushed: false,
+        });
+        let pushed = before.pushed || half_gap > before.half_gap;
+        let pressed = side * now.torque;
+        let wound = if pushed && pressed > 0.0 {
+            let constant = self.weighed(load, now.load_position).constant;
+            let more = load.coulomb + side * constant - pressed;
+            (more / load.stiffness).max(0.0).min(half_gap)
+        } else {
+            0.0
+        };
+        let changed = (half_gap - before.half_gap).abs() > NEGLIGIBLE_CHANGE_RAD;
+        // the motor of the twin creeps to its place, too, and its shaft lets go meanwhile
+        let lacks = pushed && half_gap + wound - taken > LACKING_SHARE * half_gap;
+        if changed || lacks {
+            let way = half_gap + wound - taken;
+            let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
+            let ticks = ticks.max(self.rest_take_up_ticks);
+            let to = side * (half_gap + wound);
+            state.traverse.start(to, ticks, &self.current);
+            state.taking_up = true;
+            state.rested = Some(Rested { half_gap, pushed });
         }
     }
 
@@ -351,6 +419,9 @@ impl Crossing {
         } else {
             0
         };
+        if !at_rest {
+            state.rested = None;
+        }
         // while the axis moves the means just follow, so that they start from the torque at the
         // stop
         for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_MEAN_TICKS) {
@@ -511,12 +582,31 @@ pub(crate) struct CrossingState {
     pub(super) crossed_at_rest: bool,
     /// Whether a half gap has been applied on a flank on which the load slid.
     pub(super) engaged: bool,
+    /// What was applied on this flank since the axis rests.
+    pub(super) rested: Option<Rested>,
+}
+
+/// A half gap that was applied at rest, rad, and whether the load was pushed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Rested {
+    half_gap: f64,
+    pushed: bool,
 }
 
 impl CrossingState {
     /// Whether the motor is on its way from flank to flank.
     pub(crate) fn crossing(&self) -> bool {
         self.traverse.moving() && !self.taking_up
+    }
+
+    /// What the motor is ahead of its reference, rad, and the part of it that only winds up the shaft of a
+    /// load that was pushed at rest.
+    pub(super) fn ahead(&self) -> [f64; 2] {
+        let offset = self.traverse.now();
+        let beyond = self
+            .rested
+            .map_or(0.0, |rested| (offset.abs() - rested.half_gap).max(0.0));
+        [offset, beyond.copysign(offset)]
     }
 
     pub(super) fn new(twin: TwinState) -> CrossingState {
@@ -535,6 +625,7 @@ impl CrossingState {
             at_rest: false,
             crossed_at_rest: false,
             engaged: false,
+            rested: None,
         }
     }
 }

@@ -56,6 +56,8 @@ const LARGEST_DOUBT: f64 = 0.1;
 /// Largest standard deviation of a single reading that is used, part of its value. A choice: twice
 /// that of a group, still better than no compensation.
 const LARGEST_DOUBT_ALONE: f64 = 0.2;
+/// Part of a single reading that is used at rest where it does not count alone. A choice, as for hints.
+const SINGLE_SHARE: f64 = 0.8;
 /// Ratio to the smallest single crossing from which on a reading over a wavering flank counts as
 /// several crossings added up: between once and twice the gap.
 const ADDED_UP_RATIO: f64 = 1.5;
@@ -320,6 +322,17 @@ impl Readings {
             .map(|kept| kept.value)
             .reduce(f64::min)
             .unwrap_or_else(|| if self.count == 0 { self.hinted() } else { 0.0 })
+    }
+
+    /// The value to use where one that is too large does little harm: a single reading that does not count
+    /// alone tells it in part. 0 where nothing is known well enough.
+    pub(super) fn used_at_rest(&self) -> f64 {
+        let used = self.used();
+        if used > 0.0 || self.count == 0 || self.doubt() > LARGEST_DOUBT_ALONE {
+            used
+        } else {
+            SINGLE_SHARE * self.value
+        }
     }
 
     /// Standard deviation of the group over its value; infinite while nothing is known.

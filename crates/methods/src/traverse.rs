@@ -82,7 +82,7 @@ pub(super) fn ticks_for(way: f64, acceleration: f64, period: f64, [least, most]:
 
 /// Largest way of the motor over that of its offset. A choice: the torque of a traverse may be that much
 /// more than it is laid out for.
-const MOST_SHARE: f64 = 1.5;
+const MOST_SHARE: f64 = 1.25;
 
 impl Traverse {
     /// Starts from its present offset to another one, rad. Its torque is set from the next tick on, itself

@@ -109,7 +109,7 @@ impl Adaptive {
     pub(super) fn knowledge(&self, state: &AdaptiveState) -> Learning {
         Learning {
             learned: self.memory(state),
-            used_half_gap_rad: self.now_used(state),
+            used_half_gap_rad: self.now_used(state).resting,
             share: state.trust.share(),
             foresees: state.trust.foresees(),
             allowed: state.trust.allowed(),

@@ -70,7 +70,7 @@ mod watch;
 mod window;
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
+use crate::crossing::{Crossing, CrossingState, HalfGap, TORQUE_SHARE};
 use crate::memory::{LARGEST_HALF_GAP_RAD, negligible_half_gap_rad, tells_friction};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
@@ -424,9 +424,26 @@ fn by_degrees(readings: u32) -> f64 {
 }
 
 impl Adaptive {
+    /// Half gap that could be used in motion, or at rest, rad.
+    fn half_gap(&self, state: &AdaptiveState, rests: bool) -> f64 {
+        if rests && !state.trust.nil && state.gap.count > 0 {
+            state.gap.used_at_rest()
+        } else {
+            state.used
+        }
+    }
+
     /// Half gap that is used at the moment, rad.
-    fn now_used(&self, state: &AdaptiveState) -> f64 {
-        state.trust.used(by_degrees(state.gap.count) * state.used)
+    fn now_used(&self, state: &AdaptiveState) -> HalfGap {
+        let degrees = by_degrees(state.gap.count);
+        HalfGap {
+            moving: state.trust.used(degrees * state.used),
+            resting: state.trust.used(if state.gap.count > 0 {
+                self.half_gap(state, true)
+            } else {
+                degrees * state.used
+            }),
+        }
     }
 
     /// Whether a reading counts: the contact shows, the model explains it, and it tells the gap or
@@ -548,9 +565,12 @@ impl Compensator for Adaptive {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // used as far as this axis and those that move with it are ready
         let used = self.now_used(state);
+        // what only winds up the shaft of a load at rest moves nothing
+        let [offset, wound] = state.crossing.ahead();
+        let rests = signals.reference.velocity == 0.0;
         state.foresee.step(
-            [signals.motor_position, state.crossing.traverse.now()],
-            state.trust.known(state.used),
+            [signals.motor_position - wound, offset - wound],
+            state.trust.known(self.half_gap(state, rests)),
             (&state.load, state.learning.known),
             &state.crossing.before,
             self.cycle_ticks,

@@ -14,11 +14,12 @@
 //!
 //! ```text
 //! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
-//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest so far
+//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
 //! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
 use crate::memory::{CERTAIN_DEVIATIONS, HOLDING_SHARE};
+use lostmotion_base::Clock;
 use lostmotion_drive::signal::Reference;
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,10 @@ const CERTAIN_INERTIA: f64 = 0.1;
 const UNCERTAIN_TORQUE: f64 = 0.12;
 /// Part of the half gap that the way of speeding up may be for the inertia not to matter. A choice.
 const SHORT_RAMP: f64 = 0.1;
+
+/// Time constant with which the largest speed and acceleration fade, s. A choice: a rapid is forgotten in a
+/// slow cut, and a corner not before the next one.
+const FADING_S: f64 = 4.0;
 
 /// Standard deviations that are allowed for.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +62,7 @@ pub(super) struct Trust {
     /// The flank, 0 before the first, and whether it has changed since the start.
     side: i8,
     changed: bool,
-    /// Largest speed (rad/s) and acceleration (rad/s2) of the reference so far.
+    /// Largest speed (rad/s) and acceleration (rad/s2) of the reference of late.
     most: [f64; 2],
     /// Whether the inertia is known well, and whether changes of the flank can be foreseen.
     certain: bool,
@@ -155,8 +160,9 @@ impl Trust {
         half_gap: f64,
     ) {
         let [speed, acceleration] = &mut self.most;
-        *speed = speed.max(reference.velocity.abs());
-        *acceleration = acceleration.max(reference.acceleration.abs());
+        let fades = 1.0 - Clock::SERVO.period_s() / FADING_S;
+        *speed = (*speed * fades).max(reference.velocity.abs());
+        *acceleration = (*acceleration * fades).max(reference.acceleration.abs());
         // for good: while a load bounces its inertia is in doubt time and again
         self.certain |= inertia_doubt < CERTAIN_INERTIA;
         let uncertain = inertia_doubt * load.inertia * *acceleration;
@@ -274,11 +280,18 @@ mod tests {
         assert!(trust.foreseen);
         trust.weigh(&at(5.0, 100.0), &load, 0.2, 1e-3);
         assert!(!trust.foreseen);
-        // what was fast once may be again; while it rests there is nothing to foresee
+        // what was fast may be again at once; while it rests there is nothing to foresee
         trust.weigh(&at(0.0, 0.0), &load, 0.2, 1e-3);
         assert!(!trust.foreseen && trust.foresees());
         trust.moves = true;
         assert!(!trust.foresees());
+        // ten seconds later it is slow: 8 rad/s2 of what was
+        for _ in 0..40_000 {
+            trust.weigh(&at(0.0, 0.0), &load, 0.2, 1e-3);
+        }
+        assert!(trust.foreseen);
+        trust.weigh(&at(5.0, 100.0), &load, 0.2, 1e-3);
+        assert!(!trust.foreseen);
         // a gap that is wide beside the way of speeding up, 0.125 rad
         trust.weigh(&at(0.0, 0.0), &load, 0.2, 1.3);
         assert!(trust.foreseen);
