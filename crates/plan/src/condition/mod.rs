@@ -149,6 +149,10 @@ impl Conditioner {
                 || self.parts(before, &last, next, mixture))
         {
             self.close(false, judge, out);
+            if self.section.is_empty() {
+                self.take(next, mixture, judge, out);
+                return;
+            }
             self.rested = false;
             self.begin(last);
         }
@@ -380,7 +384,13 @@ impl Conditioner {
         {
             self.joiner.push(line, judge, out);
         }
-        self.section.drain(..self.section.len() - 1);
+        if self.section.iter().all(|line| done >= Some(line.segment)) {
+            // All of it is behind: nothing may begin on its last line again.
+            self.section.clear();
+            self.rested = true;
+        } else {
+            self.section.drain(..self.section.len() - 1);
+        }
         self.taken = Taken::Moves;
     }
 
