@@ -39,6 +39,9 @@ const MAX_NARROWINGS: usize = 8;
 const NARROWED: [f64; 2] = [1.2, 0.4];
 /// Bounds of the factor on a radius.
 const NARROW_FACTORS: [f64; 2] = [0.5, 0.99];
+/// Intervals to either side of what is narrowed that are found again. A choice: the smoothest curve forgets
+/// what lies farther away than two turns from side to side, of about eight pieces each.
+const NARROWED_REACH: usize = 16;
 /// Halvings of a stretch whose hull leaves the tube. A choice: each quarters the hull's distance
 /// from the curve.
 const HULL_HALVINGS: u32 = 3;
@@ -242,8 +245,21 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
     let fit = Fit::new(&breaks, Squared, head..count - tail);
     let mut sites = sites(way, &breaks);
     let mut found = None;
-    for round in 0..MAX_NARROWINGS {
-        let settled = fit.solve(&mut coefficients, &mut sites);
+    let mut narrowed: Vec<usize> = Vec::new();
+    // Before the first time that parts were found again; nothing once that did not help.
+    let mut whole = Some(None);
+    let mut round = 0;
+    while round < MAX_NARROWINGS {
+        // What lies far from what was narrowed stays as it is.
+        let near = around(&narrowed, breaks.intervals());
+        let settled = match &mut whole {
+            Some(before) if !near.is_empty() => {
+                before.get_or_insert_with(|| (round, coefficients.clone(), sites.clone()));
+                near.into_iter()
+                    .all(|part| fit.solve_part(part, &mut coefficients, &mut sites))
+            }
+            _ => fit.solve(&mut coefficients, &mut sites),
+        };
         let states = breaks.states(&coefficients);
         // It may begin where another one ended, whose parameter goes otherwise.
         let paced = if given.iter().all(Tie::is_by_length) {
@@ -269,11 +285,18 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
             };
             break;
         }
+        round += 1;
         // A fit that does not settle again will not.
-        if !settled && round > 0 {
-            break;
+        if (!settled && round > 1) || round == MAX_NARROWINGS {
+            // All of it may have more freedom than the parts have.
+            let Some(Some(before)) = whole.take() else {
+                break;
+            };
+            (round, coefficients, sites) = before;
+            narrowed.clear();
+            continue;
         }
-        excess.narrow(&mut sites, round, |k, vertex| {
+        narrowed = excess.narrow(&mut sites, round - 1, |k, vertex| {
             let w = way.end_of(vertex.max(1) - 1);
             let radius = AIMED_PART * way.vertex_tolerance(vertex);
             Site::new(&breaks, k, w, way.vertex(vertex), radius)
@@ -285,6 +308,23 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
         breaks,
         states,
     })
+}
+
+/// The parts of a curve of so many intervals that are found again where some of them were narrowed, in
+/// order; none where that is all of it.
+fn around(narrowed: &[usize], all: usize) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for k in narrowed {
+        let part = k.saturating_sub(NARROWED_REACH)..(k + 1 + NARROWED_REACH).min(all);
+        match parts.last_mut() {
+            Some(last) if part.start <= last.end => last.end = last.end.max(part.end),
+            _ => parts.push(part),
+        }
+    }
+    if parts == [0..all] {
+        parts.clear();
+    }
+    parts
 }
 
 /// Sets the coefficients that an end gives, from the end inwards; returns how many. `sign` is that
@@ -385,13 +425,14 @@ impl TubeExcess {
     }
 
     /// Makes sites of the vertices that are missed, given interval and vertex, and narrows the tube
-    /// where that is not enough.
+    /// where that is not enough; returns the intervals with sites that are new or narrowed, in order.
     fn narrow(
         mut self,
         sites: &mut Vec<Site>,
         round: usize,
         site_at: impl Fn(usize, usize) -> Site,
-    ) {
+    ) -> Vec<usize> {
+        let mut changed = Vec::new();
         for (k, (part, vertex)) in self.vertices.into_iter().enumerate() {
             let new = site_at(k, vertex);
             let is_new = !sites
@@ -399,6 +440,7 @@ impl TubeExcess {
                 .any(|site| site.w == new.w && site.place == new.place);
             if part > 1.0 && part >= self.sides[k] && is_new {
                 sites.push(new);
+                changed.push(k);
                 self.sides[k] = 0.0;
             } else {
                 self.sides[k] = self.sides[k].max(part);
@@ -415,8 +457,11 @@ impl TubeExcess {
             if most > 1.0 {
                 let [least, longest] = NARROW_FACTORS;
                 site.narrow((1.0 - factor * (most - AIMED_PART)).clamp(least, longest));
+                changed.push(k);
             }
         }
+        changed.sort_unstable();
+        changed
     }
 }
 

@@ -18,6 +18,9 @@ use std::ops::Range;
 
 /// Most steps of one fit. A choice: 6 to 15 are needed.
 const MAX_STEPS: usize = 40;
+/// The same for a part of the curve. A choice: 2 to 15 are needed where what lies beyond leaves enough
+/// freedom.
+const MAX_PART_STEPS: usize = 24;
 /// Slack times multiplier at which the steps end, as a part of the bending around a site. A choice:
 /// a tenth of it changes no time by more than 0.2 %.
 const GAP_PART: f64 = 0.02;
@@ -29,6 +32,8 @@ const STEP_PART: f64 = 0.98;
 /// Factor on slack times multiplier that a step aims at where the last one went its full length. A
 /// choice.
 const CENTERING: f64 = 0.15;
+/// Least slack times multiplier that is aimed at, in units of that at which the steps end. A choice.
+const LEAST_TARGET: f64 = 0.3;
 /// Length of a step, as a part of the full one, from which on it counts as full. A choice.
 const FULL_STEP: f64 = 0.9;
 /// Part of what is to be least by which the last step may change it, for a full step. A choice: less takes
@@ -159,6 +164,20 @@ impl<B: Bending> Fit<'_, B> {
 
     /// Improves the coefficients from where they are; returns whether they settled.
     pub(super) fn solve(&self, coefficients: &mut [Vec3], sites: &mut [Site]) -> bool {
+        self.solve_part(0..self.breaks.intervals(), coefficients, sites)
+    }
+
+    /// The same on some intervals alone: what lies beyond stays as it is, with the derivatives where they
+    /// meet.
+    pub(super) fn solve_part(
+        &self,
+        part: Range<usize>,
+        coefficients: &mut [Vec3],
+        sites: &mut [Site],
+    ) -> bool {
+        let first = sites.partition_point(|site| site.interval < part.start);
+        let end = sites.partition_point(|site| site.interval < part.end);
+        let sites = &mut sites[first..end];
         // What is flat stays flat, at half of the cost.
         let moves = |axis: usize| {
             let first = coefficients.first().map_or(0.0, |c| c[axis]);
@@ -166,10 +185,10 @@ impl<B: Bending> Fit<'_, B> {
                 || sites.iter().any(|site| site.place[axis] != first)
         };
         match [0, 1, 2].map(moves) {
-            [_, _, false] => self.steps::<2, 8>([0, 1], coefficients, sites),
-            [_, false, _] => self.steps::<2, 8>([0, 2], coefficients, sites),
-            [false, _, _] => self.steps::<2, 8>([1, 2], coefficients, sites),
-            _ => self.steps::<3, 12>([0, 1, 2], coefficients, sites),
+            [_, _, false] => self.steps::<2, 8>([0, 1], part, coefficients, sites),
+            [_, false, _] => self.steps::<2, 8>([0, 2], part, coefficients, sites),
+            [false, _, _] => self.steps::<2, 8>([1, 2], part, coefficients, sites),
+            _ => self.steps::<3, 12>([0, 1, 2], part, coefficients, sites),
         }
     }
 
@@ -177,31 +196,47 @@ impl<B: Bending> Fit<'_, B> {
     fn steps<const N: usize, const W: usize>(
         &self,
         axes: [usize; N],
+        part: Range<usize>,
         coefficients: &mut [Vec3],
         sites: &mut [Site],
     ) -> bool {
-        let mut bending = self.bending(coefficients);
+        let mut bending = self.bending(&part, coefficients);
         let mut changed = f64::INFINITY;
         let mut offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
         for (site, off) in sites.iter_mut().zip(&offs) {
             // What is new begins with the bending around it.
             if site.multiplier == 0.0 {
-                site.multiplier = bending[site.interval] / site.square();
+                site.multiplier = bending[site.interval - part.start] / site.square();
                 site.slack = site.missing(off).max(FIRST_SLACK * site.square());
             }
         }
-        let count = coefficients.len() * N;
+        // Coefficients that may move: those that no interval beyond has.
+        let moves = if part.start == 0 {
+            self.free.start
+        } else {
+            part.start + ORDER - 1
+        }..if part.end == self.breaks.intervals() {
+            self.free.end
+        } else {
+            part.end
+        };
+        let count = (part.len() + ORDER - 1) * N;
         let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
-        let free = self.free.start * N..self.free.end * N;
+        let free = (moves.start - part.start) * N..(moves.end - part.start) * N;
         let mut step = vec![[0.0; 3]; coefficients.len()];
         let mut start = coefficients.to_vec();
         let mut changes = Vec::with_capacity(sites.len());
         let mut last_length = 1.0_f64;
-        for _ in 0..MAX_STEPS {
+        let most = if part.len() < self.breaks.intervals() {
+            MAX_PART_STEPS
+        } else {
+            MAX_STEPS
+        };
+        for _ in 0..most {
             let (mut sum, mut all, mut farthest) = (0.0, 0.0, 0.0_f64);
             for (site, off) in sites.iter().zip(&offs) {
                 sum += site.multiplier * site.slack;
-                all += bending[site.interval];
+                all += bending[site.interval - part.start];
                 farthest = farthest.max(dot(*off, site.counted(off)) / site.square());
             }
             let gap = sum / all;
@@ -209,17 +244,18 @@ impl<B: Bending> Fit<'_, B> {
             if gap <= self.rough * GAP_PART && farthest <= KEPT_SQUARE && settled {
                 return true;
             }
-            // The gap closes no faster than the steps get on.
-            let target = gap
-                * if last_length > FULL_STEP {
-                    CENTERING
-                } else {
-                    (1.0 - last_length).max(CENTERING)
-                };
+            // The gap closes no faster than the steps get on, and no further than is asked for: at a
+            // site that is nearly touched a narrower one is reached in short steps alone.
+            let centering = if last_length > FULL_STEP {
+                CENTERING
+            } else {
+                (1.0 - last_length).max(CENTERING)
+            };
+            let target = (centering * gap).max(LEAST_TARGET * self.rough * GAP_PART);
             rows.fill([0.0; W]);
             right.fill([0.0]);
             let mut these = sites.iter().zip(&offs).peekable();
-            for (k, bending) in bending.iter().enumerate() {
+            for (k, bending) in part.clone().zip(&bending) {
                 let mut share = self.bent::<N>(axes, k, &coefficients[k..k + ORDER]);
                 while let Some((site, off)) = these.next_if(|(site, _)| site.interval == k) {
                     share.add(site, axes, off, target * bending);
@@ -233,11 +269,12 @@ impl<B: Bending> Fit<'_, B> {
                         share.hold(rail, axes, p, &coefficients[rail.coefficient]);
                     }
                 }
-                share.gather(&mut rows[k * N..], &mut right[k * N..]);
+                let row = (k - part.start) * N;
+                share.gather(&mut rows[row..], &mut right[row..]);
             }
             // What is given takes no step: its rows and columns are left out.
             solve_banded(&mut rows[free.clone()], &mut right[free.clone()]);
-            for (step, solved) in step[self.free.clone()]
+            for (step, solved) in step[moves.clone()]
                 .iter_mut()
                 .zip(right[free.clone()].chunks_exact(N))
             {
@@ -250,7 +287,7 @@ impl<B: Bending> Fit<'_, B> {
             changes.clear();
             for (site, off) in sites.iter().zip(&offs) {
                 let slack = site.missing(off) - dot(site.counted(off), site.at(&step));
-                let target = target * bending[site.interval];
+                let target = target * bending[site.interval - part.start];
                 let multiplier = (target - site.multiplier * (site.slack + slack)) / site.slack;
                 for (value, change) in [(site.slack, slack), (site.multiplier, multiplier)] {
                     if change < 0.0 {
@@ -262,10 +299,10 @@ impl<B: Bending> Fit<'_, B> {
             let before: f64 = bending.iter().sum();
             start.copy_from_slice(coefficients);
             for _ in 0..=MAX_HALVINGS {
-                for ((coefficient, start), step) in coefficients.iter_mut().zip(&start).zip(&step) {
-                    *coefficient = along(*start, *step, length);
+                for j in moves.clone() {
+                    coefficients[j] = along(start[j], step[j], length);
                 }
-                bending = self.bending(coefficients);
+                bending = self.bending(&part, coefficients);
                 // A high power rises out of all proportion where a step is too long.
                 if B::IS_SQUARE || bending.iter().sum::<f64>() <= MOST_RISE * before {
                     break;
@@ -289,11 +326,11 @@ impl<B: Bending> Fit<'_, B> {
     }
 
     /// What is to be least over each interval, spread to its neighbours.
-    fn bending(&self, coefficients: &[Vec3]) -> Vec<f64> {
-        let widths = self.breaks.0.windows(2).map(|pair| pair[1] - pair[0]);
-        let mut bending: Vec<f64> = widths
-            .enumerate()
-            .map(|(k, width)| {
+    fn bending(&self, part: &Range<usize>, coefficients: &[Vec3]) -> Vec<f64> {
+        let mut bending: Vec<f64> = part
+            .clone()
+            .map(|k| {
+                let width = self.breaks.0[k + 1] - self.breaks.0[k];
                 let third = combined(&coefficients[k..k + ORDER], &self.thirds[k]);
                 let second = self.seconds.get(k).map_or(0.0, |weights| {
                     self.bending
@@ -390,5 +427,52 @@ mod tests {
             dot(off, off) > 0.9 * site.square()
         });
         assert_eq!(touched.count(), 3);
+    }
+
+    /// Where one site is narrowed, what is found again around it is what all of it gives, and the rest stays
+    /// to the last bit.
+    #[test]
+    fn a_part_is_found_as_the_whole_is() {
+        let breaks = Breaks((0..=80).map(|k| 0.5 * f64::from(k)).collect());
+        let count = breaks.coefficients();
+        let fit = Fit::new(&breaks, Squared, 1..count - 1);
+        let height = |w: f64| {
+            if (w / 3.0) as usize % 2 == 0 {
+                0.0
+            } else {
+                0.4
+            }
+        };
+        let mut coefficients: Vec<Vec3> = (0..count)
+            .map(|j| breaks.greville(j))
+            .map(|w| [w, height(w), 0.0])
+            .collect();
+        let mut sites: Vec<Site> = (0..13)
+            .map(|k| 1.3 + 3.0 * f64::from(k))
+            .map(|w| Site::new(&breaks, breaks.interval(w), w, [w, height(w), 0.0], 0.1))
+            .collect();
+        assert!(fit.solve(&mut coefficients, &mut sites));
+        sites[6].narrow(0.8);
+        let k = sites[6].interval;
+        let part = k - 16..k + 17;
+        let (mut found, mut found_sites) = (coefficients.clone(), sites.clone());
+        assert!(fit.solve_part(part.clone(), &mut found, &mut found_sites));
+        for j in (0..count).filter(|j| *j < part.start + ORDER - 1 || *j >= part.end) {
+            assert_eq!(found[j], coefficients[j], "{j}");
+        }
+        let off = found_sites[6].off(&found);
+        assert!(dot(off, off) <= KEPT_SQUARE * found_sites[6].square());
+        let mut whole = coefficients.clone();
+        assert!(fit.solve(&mut whole, &mut sites));
+        let [by_part, by_whole] = [&found, &whole].map(|c| {
+            let third = |k: usize| combined(&c[k..k + ORDER], &fit.thirds[k]);
+            (0..breaks.intervals())
+                .map(|k| dot(third(k), third(k)))
+                .sum::<f64>()
+        });
+        assert!(
+            (by_part - by_whole).abs() < GAP_PART * by_whole,
+            "{by_part} {by_whole}"
+        );
     }
 }
