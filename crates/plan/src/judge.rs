@@ -7,7 +7,7 @@ use crate::intervals::{Intervals, demands};
 use crate::machine::{Machine, NO_LIMIT};
 use crate::piece::{PathStep, Piece, Programmed, Soft};
 use crate::profile::{Node, Task, duration_s, ideal, plan};
-use crate::soft;
+use crate::{sharp, soft};
 use lostmotion_base::real::Jet;
 use lostmotion_base::{AXES, Coords};
 use lostmotion_kinematics::{JointMap, Kinematics};
@@ -102,8 +102,10 @@ impl Judge for TimeJudge<'_> {
             .split_last()
             .is_some_and(|(_, steps)| !steps.iter().any(stops));
         let mut out_of_reach = false;
+        let mut straight = Vec::new();
         let time_s = self.stretches_s(Intervals::gathered(), steps, &mut |intervals| {
             if intervals.is_empty() {
+                straight.push(Vec::new());
                 return 0.0;
             }
             // A shorter window can only make it less, so that the longest one often settles it.
@@ -112,9 +114,13 @@ impl Judge for TimeJudge<'_> {
             if out_of_reach {
                 return between(ideal, long);
             }
+            if !one {
+                straight.push(self.straightened(intervals));
+            }
             let short = self.averaged_s(intervals, 0.5 * self.machine.longest_window_s());
             between(ideal, long.min(short))
         });
+        out_of_reach |= !one && self.past_corners_s(steps, straight) >= part * time_s;
         (!out_of_reach).then_some(part * time_s)
     }
 
@@ -191,6 +197,10 @@ impl TimeJudge<'_> {
 
     /// About how long a straight way of the same length takes from rest to rest at the same feeds, s.
     fn straight_s(&self, intervals: &[Interval]) -> f64 {
+        self.stretch_s(&self.straightened(intervals))
+    }
+
+    fn straightened(&self, intervals: &[Interval]) -> Vec<Interval> {
         let straight = intervals.iter().map(|interval| {
             let demand = interval.demand.straightened();
             Interval {
@@ -199,7 +209,52 @@ impl TimeJudge<'_> {
                 ..*interval
             }
         });
-        self.stretch_s(&straight.collect::<Vec<Interval>>())
+        straight.collect()
+    }
+
+    /// How long any curve takes at least, given the stretches between stops as if they were straight: it
+    /// passes each stop as fast as it can, and cuts the corner there, s. Nothing where the tolerance leaves
+    /// no corner at a stop.
+    fn past_corners_s(&self, steps: &[PathStep], stretches: Vec<Vec<Interval>>) -> f64 {
+        let mut stops = steps.iter().enumerate().filter_map(|(k, step)| match step {
+            PathStep::Stop(stop) => Some((k, stop.tolerance)),
+            PathStep::Piece(_) => None,
+        });
+        let Some(PathStep::Piece(first)) = steps.first() else {
+            return 0.0;
+        };
+        let joints = self.joints_at(&first.curve.start(), &first.tool_mm);
+        let (mut all, mut cut_s): (Vec<Interval>, f64) = (Vec::new(), 0.0);
+        for stretch in stretches {
+            let gone = all.last().map_or(0.0, |last| last.end);
+            all.extend(stretch.into_iter().map(|interval| Interval {
+                start: gone + interval.start,
+                end: gone + interval.end,
+                ..interval
+            }));
+            let (Some((k, tolerance)), Some(last)) = (stops.next(), all.last()) else {
+                continue;
+            };
+            // At the end there is none.
+            if k + 1 == steps.len() {
+                break;
+            }
+            let passed = tolerance.and_then(|tolerance| {
+                Some((tolerance, sharp::speed(steps, k, tolerance, &joints)?))
+            });
+            let Some((tolerance, speed)) = passed else {
+                return 0.0;
+            };
+            // A speed at one place.
+            let place = Interval {
+                start: last.end,
+                cap: last.cap.min(speed),
+                ..last.clone()
+            };
+            cut_s += sharp::CUT * tolerance / place.cap;
+            all.push(place);
+        }
+        self.ideal_stretch_s(&all) - cut_s
     }
 
     /// About how long the path from rest to rest takes, s.

@@ -66,6 +66,7 @@ mod piece;
 pub mod planner;
 mod profile;
 mod sampler;
+mod sharp;
 mod soft;
 pub mod travel;
 mod window;
