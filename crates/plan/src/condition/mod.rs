@@ -27,7 +27,7 @@ use tube::{Found, Tie, Way};
 const SECTION_LINES: usize = 4096;
 /// Pieces of a curve with which it is worked off. A choice: bounds memory; longer parts have less
 /// that is found twice.
-const SECTION_PIECES: usize = 128;
+const SECTION_PIECES: usize = 256;
 /// Pieces at its end that are found again with what follows. A choice: the smoothest curve inside a
 /// tube forgets what follows within a few turns from side to side, of about eight pieces each.
 const HELD_PIECES: usize = 40;
