@@ -437,7 +437,7 @@ mod tests {
         let count = breaks.coefficients();
         let fit = Fit::new(&breaks, Squared, 1..count - 1);
         let height = |w: f64| {
-            if (w / 3.0) as usize % 2 == 0 {
+            if ((w / 3.0) as usize).is_multiple_of(2) {
                 0.0
             } else {
                 0.4
