@@ -321,7 +321,7 @@ fn around(narrowed: &[usize], all: usize) -> Vec<Range<usize>> {
             _ => parts.push(part),
         }
     }
-    if parts == [0..all] {
+    if parts.first() == Some(&(0..all)) {
         parts.clear();
     }
     parts
