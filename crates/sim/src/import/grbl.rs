@@ -226,7 +226,10 @@ fn take(
             170..176 => {
                 let axis = AxisId::from_index((code % 10) as usize);
                 further.extend(axis.map(|axis| (axis, format!("{name} second motor"))));
-                (Fate::Used, "of the second motor of an axis, by which it is squared")
+                (
+                    Fate::Used,
+                    "of the second motor of an axis, by which it is squared",
+                )
             }
             150..160 => (
                 Fate::Ignored,

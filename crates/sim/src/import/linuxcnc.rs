@@ -583,9 +583,7 @@ impl<'a> Limits<'a> {
                 "MAX_JERK" => &mut draft_axis.jerk,
                 "FERROR" => &mut draft_axis.following_error,
                 "MIN_FERROR" => &mut draft_axis.standstill_error,
-                _ if limit.is_further => {
-                    &mut draft_axis.further_motor(&limit.entry.section).gap
-                }
+                _ if limit.is_further => &mut draft_axis.further_motor(&limit.entry.section).gap,
                 _ => &mut draft_axis.gap,
             };
             *slot = Some(Told {

@@ -350,9 +350,8 @@ fn gantries<'a>(
         .collect();
     let mut found = BTreeMap::new();
     for (own, kind) in kinds.iter().filter(|(_, kind)| *kind > GANTRY_FOLLOWS) {
-        let leads = |(other, leading): &&(&str, u32)| {
-            other != own && leading + GANTRY_FOLLOWS == *kind
-        };
+        let leads =
+            |(other, leading): &&(&str, u32)| other != own && leading + GANTRY_FOLLOWS == *kind;
         let leading = kinds.iter().find(leads);
         if let Some(axis) = leading.and_then(|(name, _)| axis_of(name, names, guessed)) {
             found.insert(*own, axis);
@@ -371,7 +370,9 @@ fn follow(
     let key = datum.key();
     let is_gap = datum.name == "MA_BACKLASH" && (datum.index.len() < 2 || datum.index[0] == "0");
     let motor = datum.index.last().copied().unwrap_or_default();
-    let own = draft.axis(leading, leading.is_rotary()).further_motor(motor);
+    let own = draft
+        .axis(leading, leading.is_rotary())
+        .further_motor(motor);
     let (fate, note) = if is_gap && !datum.value.starts_with('-') {
         own.gap = Some(Told {
             value: not_negative(datum.line, &key, datum.value)? * weight(datum, data)?,
