@@ -64,6 +64,9 @@ const TAKE_UP_TORQUE_SHARE: f64 = 0.25;
 /// Change of the half gap that is not worth applying, rad: below the step of an encoder with 2^23
 /// counts (7e-7).
 const NEGLIGIBLE_CHANGE_RAD: f64 = 1e-7;
+/// Rest after which it is applied, ms. A choice: what begins in a short stop is still under way when the axis
+/// goes on (275903-6: one thrown load more), and the next crossing is near.
+const REST_MS: f64 = 300.0;
 /// Shortest time in which it is applied at rest, ms. A choice: a load swings on its shaft at 10 to 150 Hz, and
 /// one that is pushed within a period slides on (604417-8: by a third of the way).
 const REST_TAKE_UP_MS: f64 = 100.0;
@@ -125,6 +128,7 @@ pub(super) struct Crossing {
     period: f64,
     traverse_ticks: [u32; 2],
     take_up_ticks: [u32; 2],
+    rest_ticks: u32,
     rest_take_up_ticks: u32,
     /// Whether a changed half gap is applied on the flank, not at the next crossing.
     takes_up: bool,
@@ -161,6 +165,7 @@ impl Crossing {
             period,
             traverse_ticks: TRAVERSE_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
             take_up_ticks: TAKE_UP_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
+            rest_ticks: config.cycles.ticks(REST_MS),
             rest_take_up_ticks: config.cycles.ticks(REST_TAKE_UP_MS),
             takes_up: false,
             weight: Waves::default(),
@@ -321,7 +326,7 @@ impl Crossing {
     /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
     /// in contact: while it slides and is pressed, or rests.
     fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, half_gap: HalfGap) {
-        if self.has_settled(state, load, half_gap.resting) {
+        if state.held_ticks >= self.rest_ticks && self.has_settled(state, load, half_gap.resting) {
             self.take_up_at_rest(state, now, load, half_gap.resting);
             return;
         }

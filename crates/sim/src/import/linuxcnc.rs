@@ -511,10 +511,10 @@ fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, 
 }
 
 /// What a value is of: an axis, its key, and the section of a motor that has a gap of its own.
-type Place<'a> = (AxisId, usize, Option<&'a str>);
+type Subject<'a> = (AxisId, usize, Option<&'a str>);
 
 impl<'a> Limit<'a> {
-    fn place(&self) -> Place<'a> {
+    fn place(&self) -> Subject<'a> {
         let own = self.is_further && self.entry.key == "BACKLASH";
         let section = own.then_some(self.entry.section.as_str());
         (self.axis.0, self.key, section)
@@ -531,8 +531,8 @@ impl<'a> Limits<'a> {
     }
 
     /// Where the values stand that hold, of each key of each axis: the first of equal ones.
-    fn holding(&self) -> BTreeMap<Place<'a>, usize> {
-        let mut held: BTreeMap<Place<'a>, usize> = BTreeMap::new();
+    fn holding(&self) -> BTreeMap<Subject<'a>, usize> {
+        let mut held: BTreeMap<Subject<'a>, usize> = BTreeMap::new();
         for (index, next) in self.0.iter().enumerate() {
             // Within a section LinuxCNC finds the first alone.
             let is_again = |other: &Limit<'_>| {

@@ -111,6 +111,23 @@ fn a_commissioned_machine_is_told_nothing_but_what_it_learned() {
 }
 
 #[test]
+fn what_is_learned_under_way_mends_a_load_that_rests_and_a_slow_cut_behind_a_rapid() {
+    // A circle of 15 mm: the tool's axis rests half of its gap off after its plunge, before anything is
+    // corrected (32 % before it was pushed to its place). And slow rows whose inertia is not known well for
+    // half of the program (78 % before a rapid was forgotten).
+    for (index, most) in [(12, 0.2), (4, 0.3)] {
+        let cell = draw(604_417, index).unwrap();
+        let program = Program::from_str(cell.name.clone(), cell.program.clone());
+        let run = Simulation::new(&program, &cell.machine)
+            .methods(["none", "adaptive"])
+            .run()
+            .unwrap();
+        let [none, cold] = [0, 1].map(|method: usize| run.results[method].backlash.rms);
+        assert!(cold < most * none, "{}: {cold} {none}", cell.name);
+    }
+}
+
+#[test]
 fn a_machine_whose_gaps_hide_what_it_lags_is_made_no_worse() {
     // Without feed-forward: a circle of 3 mm, and rows of 19 mm at 2.5 m/min; without its gaps the
     // machine leaves 106 % of the peak of the one and 104 % of the RMS of the other.
