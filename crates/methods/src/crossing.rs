@@ -64,10 +64,10 @@ const TAKE_UP_TORQUE_SHARE: f64 = 0.25;
 /// Change of the half gap that is not worth applying, rad: below the step of an encoder with 2^23
 /// counts (7e-7).
 const NEGLIGIBLE_CHANGE_RAD: f64 = 1e-7;
-/// Rest after which it is applied, ms. A choice: what begins in a short stop is still under way when the axis
-/// goes on (275903-6: one thrown load more), and the next crossing is near.
+/// Rest after which a load is pushed to its place, ms. A choice: what begins in a short stop is still under way
+/// when the axis goes on (275903-6: one thrown load more), and the next crossing is near.
 const REST_MS: f64 = 300.0;
-/// Shortest time in which it is applied at rest, ms. A choice: a load swings on its shaft at 10 to 150 Hz, and
+/// Shortest time in which it is pushed, ms. A choice: a load swings on its shaft at 10 to 150 Hz, and
 /// one that is pushed within a period slides on (604417-8: by a third of the way).
 const REST_TAKE_UP_MS: f64 = 100.0;
 /// Part of the half gap by which a load may have been pushed too little at rest. A choice.
@@ -326,7 +326,8 @@ impl Crossing {
     /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
     /// in contact: while it slides and is pressed, or rests.
     fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, half_gap: HalfGap) {
-        if state.held_ticks >= self.rest_ticks && self.has_settled(state, load, half_gap.resting) {
+        let has_settled = self.has_settled(state, load, half_gap.resting);
+        if has_settled && state.held_ticks >= self.rest_ticks {
             self.take_up_at_rest(state, now, load, half_gap.resting);
             return;
         }
@@ -335,6 +336,12 @@ impl Crossing {
         // what a rest has taken up stays until the next crossing
         let to = side * taken.min(half_gap.resting).max(half_gap.moving);
         let way = to - state.traverse.now();
+        if has_settled && way.abs() > NEGLIGIBLE_CHANGE_RAD {
+            let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
+            state.traverse.start(to, ticks, &self.current);
+            state.taking_up = true;
+            return;
+        }
         let pressed = now.torque * f64::from(state.side);
         if pressed <= self.unloaded || now.load_velocity.abs() < SLIDING_RAD_S {
             return;

@@ -16,8 +16,7 @@
 //!
 //! Without a memory nothing is corrected before it is certainly better or no worse. Then a rehearsal with
 //! what the drives know by that time says how far, and is asked again each time that they know clearly
-//! more. What is taken back while they learn is tried once more, where it is no worse over the longer time.
-//! With a memory it is corrected from the start as far as a rehearsal says. Either way it is until it
+//! more. With a memory it is corrected from the start as far as a rehearsal says. Either way it is until it
 //! is worse than what is foreseen and what was rehearsed without a correction. Axes learn their gaps one after the other, and foresee the last
 //! seconds then: commands are held until all are known. Only what the drives know enters: their learned loads and gaps,
 //! their references and motors.
@@ -93,8 +92,6 @@ pub(super) struct Guard {
     patience: u32,
     /// Whether it ever corrected.
     corrected: bool,
-    /// Whether it was taken back once.
-    taken_back: bool,
     corrects: bool,
     /// Whether it did from the start.
     from_start: bool,
@@ -177,7 +174,6 @@ impl Guard {
             held: VecDeque::new(),
             patience: PATIENCE.0,
             corrected: corrects,
-            taken_back: false,
             corrects,
             from_start: corrects,
             held_back: false,
@@ -395,20 +391,13 @@ impl Guard {
                 time_s >= LEAST_S
             };
             self.corrects = no_worse || !enough;
-            // It may be that the load was not known well: once more, by what is foreseen from here on.
-            if !self.corrects && !self.from_start && !self.taken_back {
-                self.taken_back = true;
-                self.contours.clear();
-                self.returns.counted.fill(0);
-            }
             return;
         }
         // what was rehearsed and is worse stays as it is
         if self.rehearsed.is_some() && self.part <= 0.0 {
             return;
         }
-        let clearly =
-            without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2) && !self.taken_back;
+        let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
         let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
         self.corrects = peaks && without > 0.0 && (clearly || with <= without && seen_all);
         // what was foreseen while the load was known less well is forgotten
