@@ -7,7 +7,7 @@ use crate::machine::{LmMachine, drive_of, wrong_size};
 use crate::text::{LmText, text_of};
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{BodyRows, Identified};
-use lostmotion::identify::{AxisRows, fit_axis};
+use lostmotion::identify::{AxisRows, LATENESS_S, fit_axis};
 use lostmotion::report::json;
 use lostmotion::report::refusal::Refusal;
 use std::ffi::c_char;
@@ -136,6 +136,7 @@ pub unsafe extern "C" fn lm_fit(
             motor,
             load,
             current_a,
+            lateness_s: LATENESS_S,
         };
         let found = fit_axis(&rows, config.as_ref())
             .map_err(|error| Refusal::data(error.to_string(), ""))?;
@@ -210,6 +211,7 @@ pub unsafe extern "C" fn lm_identify(
             load: column("log.load", log.load, false)?,
             command: column("log.command", log.command, false)?,
             drive: column("log.drive", log.drive, false)?,
+            lateness_s: LATENESS_S,
         };
         let found = Identified::of(&rows).map_err(|error| Refusal::data(error.to_string(), ""))?;
         let text =

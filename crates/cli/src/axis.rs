@@ -1,6 +1,7 @@
 //! `lostmotion axis`: one axis alone, and fits to what was logged of one.
 
 use crate::commission::{self, Commission, LearnedFiles};
+use crate::fits::Lateness;
 use crate::identify::{self, Identify};
 use crate::input;
 use crate::logs::{self, LogInput, LogOverview, axis_unit};
@@ -91,6 +92,8 @@ pub(crate) struct Fit {
     /// log, too, or the fit says that they cannot be told
     #[arg(long, value_name = "FILE.toml|PRESET")]
     pub(crate) axis: Option<String>,
+    #[command(flatten)]
+    pub(crate) lateness: Lateness,
     /// JSON to write
     #[arg(long, short, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
@@ -345,6 +348,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         motor: &log.motor,
         load: (!args.motor_only).then_some(&log.load),
         current_a: log.drive.as_ref().map_or(&[], DriveSignal::values),
+        lateness_s: args.lateness.seconds(),
     };
     let result = fit_axis(&rows, axis.as_ref())
         .map_err(|error| Failure::message(format!("{name}: {error}")))?;

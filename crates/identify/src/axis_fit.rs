@@ -1,5 +1,7 @@
 //! A fit in the terms of the axis: the log in its unit, total gap and stiffness at the load.
 
+#[cfg(doc)]
+use crate::LATENESS_S;
 use crate::error::FitError;
 use crate::fit::fit_backlash;
 use crate::log::{BacklashLog, MotorLog};
@@ -122,6 +124,9 @@ pub struct AxisRows<'a> {
     pub load: Option<&'a [f64]>,
     /// Torque-forming current, A.
     pub current_a: &'a [f64],
+    /// How much later or earlier than the motor's the position of the load may be read, s, where the log does
+    /// not tell it: [`LATENESS_S`] where nobody knows, zero where one drive reads both at the same time.
+    pub lateness_s: f64,
 }
 
 /// Fits the gap of an axis to what was measured. With the axis' description motor data are known
@@ -129,7 +134,7 @@ pub struct AxisRows<'a> {
 ///
 /// ```
 /// use lostmotion_drive::config::{AxisConfig, AxisUnit, NoSettings};
-/// use lostmotion_identify::{AxisRows, fit_axis};
+/// use lostmotion_identify::{AxisRows, LATENESS_S, fit_axis};
 ///
 /// let axis = AxisConfig::<NoSettings>::paper();
 /// let rows = AxisRows {
@@ -139,6 +144,7 @@ pub struct AxisRows<'a> {
 ///     motor: &[0.0, 0.0],
 ///     load: Some(&[0.0, 0.0]),
 ///     current_a: &[0.0, 0.0],
+///     lateness_s: LATENESS_S,
 /// };
 /// let error = fit_axis(&rows, Some(&axis)).unwrap_err().to_string();
 /// assert_eq!(error, "the positions are in mm, but the axis is in rad");
@@ -152,13 +158,14 @@ pub fn fit_axis<C>(
 ) -> Result<FitResult, AxisFitError> {
     // Without the axis nothing is known of lead and motor: the fit then counts in the unit of the
     // log.
-    let (scale, settings) = match axis {
+    let (scale, mut settings) = match axis {
         Some(config) => (
             motor_rad_per_unit(config, rows.unit)?,
             FitSettings::for_axis(config),
         ),
         None => (1.0, FitSettings::without_axis()),
     };
+    settings.lateness_s = rows.lateness_s;
     // Both fits work in radians of the motor, where current and inertia are known.
     let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect();
     let (motor, current_a) = (scaled(rows.motor), rows.current_a.to_vec());

@@ -152,9 +152,11 @@ pub enum NotExcited {
     },
     /// The interval is so wide for a load that may be read later or earlier than its motor.
     #[error(
-        "the gap cannot be told, because a load read up to 0.4 ms later or earlier than its motor leaves the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log strokes of several speeds, which tell the two apart"
+        "the gap cannot be told, because a load read up to {lateness_ms:.2} ms later or earlier than its motor leaves the half gap between {low_rad:.3e} and {high_rad:.3e} rad at the motor: log strokes of several speeds, which tell the two apart; where one drive reads both at the same time, say so (lateness 0)"
     )]
     LatenessUnknown {
+        /// How much later or earlier it may be read, ms.
+        lateness_ms: f64,
         /// Lower end of the 95 % interval, rad at the motor.
         low_rad: f64,
         /// Upper end, rad at the motor.

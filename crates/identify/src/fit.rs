@@ -137,7 +137,12 @@ fn fit_steady(
     if low_rad > 0.0 && high_rad - low_rad > MAX_WIDTH_SHARE * fit.half_gap_rad {
         let is_late = 4.0 * fit.half_gap_lateness_rad > high_rad - low_rad;
         return Err(if is_late {
-            NotExcited::LatenessUnknown { low_rad, high_rad }.into()
+            NotExcited::LatenessUnknown {
+                lateness_ms: 1e3 * settings.lateness_s,
+                low_rad,
+                high_rad,
+            }
+            .into()
         } else {
             NotExcited::IntervalTooWide { low_rad, high_rad }.into()
         });

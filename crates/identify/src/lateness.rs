@@ -4,10 +4,10 @@
 //! and, at one speed, like a gap. The contact torque is known, so that a log of several speeds tells
 //! the two apart: a column of the motor's speed in the fit then holds the lateness. Where it does not,
 //! the gap hangs on what lateness is presumed, and its interval holds those up to
-//! [`MOST_UNSEEN_S`].
+//! [`FitSettings::lateness_s`].
 
 use crate::{
-    body::{LoadOff, load_off::MOST_UNSEEN_S},
+    body::LoadOff,
     contact::Contact,
     error::{FitError, NotExcited},
     estimate::{
@@ -80,7 +80,7 @@ impl ContactFit<'_> {
         let shifted = self.alone(Beside::Nothing, PROBE_S)?.estimate;
         let off = |at: usize| {
             let change = shifted.coefficients[at] - plain.estimate.coefficients[at];
-            MOST_UNSEEN_S / PROBE_S * change.abs()
+            self.settings.lateness_s / PROBE_S * change.abs()
         };
         let lateness = Lateness {
             half_gap_rad: off(GAP),

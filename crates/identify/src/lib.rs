@@ -61,6 +61,7 @@ pub use axis_fit::{
     AxisFitError, AxisRows, FIT_SCHEMA, FitResult, LoadStiffness, UnitMismatch, fit_axis,
     motor_rad_per_unit,
 };
+pub use body::LATENESS_S;
 pub use error::{Cause, FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::{BacklashLog, MotorLog};

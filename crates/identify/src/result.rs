@@ -24,8 +24,8 @@ pub struct BacklashFit {
     /// the compliance cannot be told from it): a torque constant wrong by a share e shifts the half
     /// gap by up to e times the wind-up.
     pub half_gap_allowance_rad: f64,
-    /// The part of that for a load whose position may be read up to 0.4 ms later or earlier than the motor's,
-    /// rad; zero where the log tells it, as one of several speeds does.
+    /// The part of that for a load whose position may be read later or earlier than the motor's
+    /// ([`FitSettings::lateness_s`](crate::FitSettings::lateness_s)), rad; zero where the log tells it, as one of several speeds does.
     #[serde(default)]
     pub half_gap_lateness_rad: f64,
     /// Compliance of the shaft, rad/(N m).

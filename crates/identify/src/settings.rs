@@ -3,7 +3,7 @@
 use lostmotion_drive::AxisConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::error::FitError;
+use crate::{body::LATENESS_S, error::FitError};
 
 /// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits
 /// logs of 0.1 to 1 ms.
@@ -52,6 +52,9 @@ pub struct FitSettings {
     pub slip_share: f64,
     /// Changes of side that the log has to hold.
     pub min_traversals: usize,
+    /// How much later or earlier than the motor's the position of the load may be read, s, where the log does
+    /// not tell it: intervals hold it. Zero where one drive reads both at the same time.
+    pub lateness_s: f64,
     /// Tolerance of the solver on gap and feasibility, in units scaled to 1.
     pub solver_tolerance: f64,
     /// Most iterations of one solve.
@@ -77,6 +80,7 @@ impl Default for FitSettings {
             settle_s: 1e-2,
             slip_share: 0.05,
             min_traversals: 2,
+            lateness_s: LATENESS_S,
             solver_tolerance: 1e-9,
             solver_iterations: 100,
         }
@@ -160,7 +164,7 @@ impl FitSettings {
             ("slip_share", Some(self.slip_share)),
             ("solver_tolerance", Some(self.solver_tolerance)),
         ];
-        let not_negative = [
+        let from_zero_on = [
             ("motor_inertia_kgm2", self.motor_inertia_kgm2),
             ("known_inertia_kgm2", self.known_inertia_kgm2),
             ("rated_torque_nm", self.rated_torque_nm),
@@ -171,6 +175,7 @@ impl FitSettings {
             ("motor_coulomb_nm", Some(self.motor_coulomb_nm)),
             ("half_window_s", Some(self.half_window_s)),
             ("settle_s", Some(self.settle_s)),
+            ("lateness_s", Some(self.lateness_s)),
         ];
         for (name, value) in positive
             .into_iter()
@@ -185,17 +190,11 @@ impl FitSettings {
                 });
             }
         }
-        for (name, value) in not_negative
+        for (name, value) in from_zero_on
             .into_iter()
             .filter_map(|(name, value)| Some((name, value?)))
         {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(FitError::Setting {
-                    name,
-                    value,
-                    expected: "finite and not negative",
-                });
-            }
+            not_negative(name, value)?;
         }
         if self.solver_iterations == 0 {
             return Err(FitError::Setting {
@@ -206,6 +205,19 @@ impl FitSettings {
         }
         Ok(())
     }
+}
+
+/// A value of that name that is finite and not negative.
+pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, FitError> {
+    // Written so that NaN fails, too.
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    Err(FitError::Setting {
+        name,
+        value,
+        expected: "finite and not negative",
+    })
 }
 
 #[cfg(test)]

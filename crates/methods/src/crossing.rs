@@ -336,7 +336,7 @@ impl Crossing {
         // what a rest has taken up stays until the next crossing
         let to = side * taken.min(half_gap.resting).max(half_gap.moving);
         let way = to - state.traverse.now();
-        if has_settled && way.abs() > NEGLIGIBLE_CHANGE_RAD {
+        if has_settled && state.rested.is_none() && way.abs() > NEGLIGIBLE_CHANGE_RAD {
             let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
             state.traverse.start(to, ticks, &self.current);
             state.taking_up = true;

@@ -108,6 +108,7 @@ pub(crate) fn fit<'py>(
     axis: Option<&Bound<'py, PyAny>>,
     drive: Option<&str>,
     motor_only: bool,
+    lateness_s: f64,
 ) -> PyResult<(Bound<'py, PyAny>, String)> {
     let config = axis.map(|axis| described(axis, drive)).transpose()?;
     let result: FitResult = apart(py, None, move |_| {
@@ -124,6 +125,7 @@ pub(crate) fn fit<'py>(
             motor: &rows.motor,
             load: (!motor_only).then_some(&rows.load),
             current_a: &rows.drive,
+            lateness_s,
         };
         fit_axis(&measured, config.as_ref())
             .map_err(|error| Refusal::data(format!("{}: {error}", rows.name), ""))
@@ -136,7 +138,11 @@ pub(crate) fn fit<'py>(
 
 /// What a log tells of an axis as one body: m or rad, and the log's unit of what drives it.
 #[pyfunction]
-pub(crate) fn identify<'py>(py: Python<'py>, log: Log) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn identify<'py>(
+    py: Python<'py>,
+    log: Log,
+    lateness_s: f64,
+) -> PyResult<Bound<'py, PyAny>> {
     let found = apart(py, None, move |_| {
         let rows = Rows::of(log, &[], &[])?;
         let columns = BodyRows {
@@ -146,6 +152,7 @@ pub(crate) fn identify<'py>(py: Python<'py>, log: Log) -> PyResult<Bound<'py, Py
             load: &rows.load,
             command: &rows.command,
             drive: &rows.drive,
+            lateness_s,
         };
         Identified::of(&columns)
             .map_err(|error| Refusal::data(format!("{}: {error}", rows.name), ""))

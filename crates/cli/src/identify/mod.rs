@@ -5,7 +5,7 @@ mod findings;
 mod scales;
 mod write;
 
-use crate::fits::rad_per_unit;
+use crate::fits::{Lateness, rad_per_unit};
 use crate::logs::{LogInput, axis_unit};
 use crate::options::machine::{axis, axis_files};
 use crate::output::{self, DONE, FOUND, Failure};
@@ -44,6 +44,8 @@ pub(crate) struct Identify {
     /// nothing can be compared
     #[arg(long, requires = "axis")]
     pub(crate) check: bool,
+    #[command(flatten)]
+    pub(crate) lateness: Lateness,
 }
 
 /// What is said of a log.
@@ -163,10 +165,14 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         rad_per_unit(described, unit, &name)?;
     }
     let scales = Scales::of(&log, unit, described);
+    let lateness_s = args.lateness.seconds();
     let (body_log, motion) = body_log(&log, &scales, &name)?;
+    let body_log = body_log
+        .read_within(lateness_s)
+        .map_err(|error| Failure::message(format!("{name}: {error}")))?;
     let body = fit_body(&body_log, &motion);
     refuse_reversed(&body, &scales, &name)?;
-    let (gap, doubt) = believed_gap(&log, described, unit, &name)?;
+    let (gap, doubt) = believed_gap(&log, described, (unit, lateness_s), &name)?;
     // A long log is not held twice.
     let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
     drop(log);
@@ -273,10 +279,10 @@ fn refuse_reversed(
 fn believed_gap(
     log: &AxisLog,
     described: Option<&AxisConfig>,
-    unit: AxisUnit,
+    (unit, lateness_s): (AxisUnit, f64),
     name: &str,
 ) -> Result<(Result<BacklashFit, GapError>, Option<String>), Failure> {
-    let found = gap(log, described, unit, name);
+    let found = gap(log, described, (unit, lateness_s), name);
     let doubt = match &found {
         Err(GapError::Fit(error)) if error.is_of_the_log() => {
             return Err(Failure::with_hint(
@@ -313,7 +319,7 @@ impl std::fmt::Display for GapError {
 fn gap(
     log: &AxisLog,
     described: Option<&AxisConfig>,
-    unit: AxisUnit,
+    (unit, lateness_s): (AxisUnit, f64),
     name: &str,
 ) -> Result<BacklashFit, GapError> {
     let missing = |what: &str| Err(GapError::Missing(what.to_owned()));
@@ -325,7 +331,10 @@ fn gap(
     let scaled = |values: &[f64], factor: f64| -> Vec<f64> {
         values.iter().map(|value| value * factor).collect()
     };
-    let settings = FitSettings::for_axis(axis);
+    let settings = FitSettings {
+        lateness_s,
+        ..FitSettings::for_axis(axis)
+    };
     if let DriveSignal::Current(current) = drive
         && !log.load.is_empty()
     {

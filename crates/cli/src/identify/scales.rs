@@ -312,7 +312,7 @@ pub(super) fn gap_text(fit: &BacklashFit, scales: &Scales) -> String {
     let late = 2.0 * fit.half_gap_lateness_rad * scales.per_rad / scales.small;
     if late > LATENESS_SHARE * 0.5 * (high - low) {
         text += &format!(
-            "  {} {} of that either way are for a load that may be read up to 0.4 ms beside its motor, which this log does not tell: log strokes of several speeds\n",
+            "  {} {} of that either way are for a load that may be read later or earlier than its motor (--lateness), which this log does not tell: log strokes of several speeds\n",
             figures(late),
             scales.small_unit
         );

@@ -24,6 +24,10 @@ pub struct BodyRows<'a> {
     pub command: &'a [f64],
     /// What drives the axis: force, torque, current or voltage.
     pub drive: &'a [f64],
+    /// How much later or earlier than the motor's the position of the load may be read, s, where the log does
+    /// not tell it: [`LATENESS_S`](super::LATENESS_S) where nobody knows, zero where one drive reads both at
+    /// the same time.
+    pub lateness_s: f64,
 }
 
 /// What a log tells; m or rad, and the log's unit of what drives the axis.
@@ -54,7 +58,7 @@ impl Identified {
     /// Finds what the columns tell.
     ///
     /// # Errors
-    /// Those of [`BodyLog::from_rows`] and [`times_go_with`].
+    /// Those of [`BodyLog::from_rows`], [`BodyLog::read_within`] and [`times_go_with`].
     pub fn of(rows: &BodyRows<'_>) -> Result<Identified, FitError> {
         let scaled = |values: &[f64]| -> Vec<f64> {
             let base = |value: f64| match rows.unit {
@@ -70,7 +74,8 @@ impl Identified {
             scaled(rows.load),
             scaled(rows.command),
             rows.drive.to_vec(),
-        )?;
+        )?
+        .read_within(rows.lateness_s)?;
         let motion = Motion::of(&log);
         times_go_with(&log, &motion)?;
         let log = log.put_right(&motion);

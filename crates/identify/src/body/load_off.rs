@@ -34,12 +34,12 @@ const ALONE_SHARE: f64 = 0.1;
 const CERTAINLY: f64 = 2.0;
 /// What it makes of the difference of motor and load, in parts of that difference's span, from which on it
 /// matters. A choice.
-const MATTERS_SHARE: f64 = 0.02;
+pub(crate) const MATTERS_SHARE: f64 = 0.02;
 /// Least lateness that is told, s. A choice: a row of an ordinary log is twice that.
 const LEAST_LATE_S: f64 = 400e-6;
 /// Lateness, either way, that intervals of gap and lost motion hold where the log does not tell it, s. A choice: from
 /// here on it is taken off before where speeds differ, and ordinary controls read all in a cycle of less.
-pub(crate) const MOST_UNSEEN_S: f64 = 400e-6;
+pub const LATENESS_S: f64 = 400e-6;
 /// How far lateness may be off beside its scatter, s: viscous friction winds up the softest shafts as if the load
 /// were so late.
 const WIND_UP_S: f64 = 250e-6;

@@ -9,7 +9,7 @@
 //! motor - load = offset + step s / 2 + travel_lost z / 2,    dz / dx = (s - z) / length
 //! ```
 
-use super::load_off::{MOST_UNSEEN_S, VARIES_SHARE};
+use super::load_off::{MATTERS_SHARE, VARIES_SHARE};
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, LoadOff, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
@@ -24,12 +24,12 @@ const SETTLES_WINDOWS: usize = 4;
 /// Part of the deceleration that friction holds from which on the load may be loose: part of the
 /// friction belongs to the motor, and the wind-up shrinks. A choice.
 const HELD_PART: f64 = 0.5;
-/// Part of the top acceleration that the motor may slow down with where nobody knows the friction. A choice:
+/// Part of the usual acceleration that the motor may slow down with where nobody knows the friction. A choice:
 /// above what noise makes of a steady speed.
 const UNKNOWN_SHARE: f64 = 0.05;
 /// Deceleration that any friction holds, m/s^2 or rad/s^2. A choice: two thousandths of the weight.
 const ANY_HOLDS: f64 = 0.02;
-/// Part of the top acceleration with which the motor has to speed up to have caught a loose load. A
+/// Part of the usual acceleration with which the motor has to speed up to have caught a loose load. A
 /// choice: above what noise makes of a steady speed.
 const CATCHES_SHARE: f64 = 0.1;
 /// Lengths that are tried at a time.
@@ -105,32 +105,36 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
     let unseen_s = match log.load_off().filter(|off| off.late_s != 0.0) {
         // What is left of lateness that was taken off.
         Some(off) => 0.5 * (off.late_interval_s[1] - off.late_interval_s[0]),
-        None => MOST_UNSEEN_S,
+        None => log.lateness_s,
     };
     let presumed = match loss(&rows, noise, Late::Presumed(unseen_s)) {
-        Err(Untold::InLateness) => Err(Untold::InLateness),
-        Err(why) => return Err(why.into_words()),
+        Err(why @ (Untold::Reversed | Untold::Other(_))) => return Err(why.into_words()),
         presumed => presumed,
     };
     let width = |found: &Loss| found.lost.total.interval[1] - found.lost.total.interval[0];
+    let is_certain = |found: &Loss| found.lost.total.interval[0] > 0.0;
     let told = match (loss(&rows, noise, Late::Told), &presumed) {
-        (Err(Untold::Reversed), _) => return Err(Untold::Reversed.into_words()),
+        // A reversed sign that lateness would hide; a loss that no lateness hides stands.
+        (Err(Untold::Reversed), presumed) if !presumed.as_ref().is_ok_and(is_certain) => {
+            return Err(Untold::Reversed.into_words());
+        }
         (Ok(told), Ok(presumed)) if width(&told) >= width(presumed) => None,
         (told, _) => told.ok(),
     };
     match told {
-        // As rows are told apart by the load's place, what is certain is taken off before.
+        // As rows are told apart by the load's place, what matters is taken off before.
         Some(Loss {
-            late: Some(off), ..
+            lost,
+            late: Some(off),
         }) if log.load_off().is_none() => {
-            fit_lost_motion(&log.clone().with_late_taken_off(off), body)
+            fit_lost_motion(&log.clone().with_late_taken_off(off), body).or(Ok(lost))
         }
         Some(told) => Ok(told.lost),
         None => presumed.map(|found| found.lost).map_err(Untold::into_words),
     }
 }
 
-/// What is lost, and the lateness of the load that was found beside it and is certain.
+/// What is lost, and the lateness of the load that was found beside it, is certain and matters.
 struct Loss {
     lost: LostMotion,
     late: Option<LoadOff>,
@@ -138,8 +142,8 @@ struct Loss {
 
 /// Why lost motion is not told.
 enum Untold {
-    /// It hides in what lateness of the load makes.
-    InLateness,
+    /// It hides in what lateness of the load makes, up to so many s.
+    InLateness(f64),
     /// Certainly below zero.
     Reversed,
     /// In words.
@@ -149,9 +153,9 @@ enum Untold {
 impl Untold {
     fn into_words(self) -> String {
         match self {
-            Untold::InLateness => format!(
-                "a load that is read up to {} ms later or earlier than the motor looks the same at these speeds: move with strokes of several speeds, or slower",
-                MOST_UNSEEN_S * 1e3
+            Untold::InLateness(unseen_s) => format!(
+                "a load that is read up to {:.2} ms later or earlier than the motor looks the same at these speeds: move with strokes of several speeds, or slower; where one drive reads both at the same time, say so (lateness 0)",
+                unseen_s * 1e3
             ),
             Untold::Reversed => "behind a reversal the load is ahead of the motor: a sign is reversed, the columns of motor and load are exchanged, or one of them is no position".to_owned(),
             Untold::Other(why) => why.to_owned(),
@@ -231,8 +235,11 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
             "motor and load do not go together: are both in the same unit? Else make more strokes",
         ));
     }
-    if low > 0.0 && unseen >= low {
-        return Err(Untold::InLateness);
+    if let Late::Presumed(unseen_s) = late
+        && low > 0.0
+        && unseen >= low
+    {
+        return Err(Untold::InLateness(unseen_s));
     }
     let whole = plain.widened(unseen);
     let [low, high] = whole.interval;
@@ -245,7 +252,9 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
     let along = figure(&|x| x[ALONG]).widened(noise + of_lateness[ALONG].abs());
     let alone = step_alone.as_ref().is_some_and(|alone| alone.rms <= near);
     let late_s = figure(&|x| x[SPEED]);
-    let is_late = late_s.interval[0] > 0.0 || late_s.interval[1] < 0.0;
+    let is_certain = late_s.interval[0] > 0.0 || late_s.interval[1] < 0.0;
+    let matters = late_s.value.abs() * rows.top_speed > MATTERS_SHARE * whole.value;
+    let is_late = is_certain && matters;
     let late = is_late.then(|| LoadOff {
         late_s: late_s.value,
         late_interval_s: late_s.interval,
@@ -290,9 +299,9 @@ fn crossing(log: &BodyLog, motion: &Motion) -> Vec<bool> {
 /// than friction stops the load, over the rest behind it, until the motor has caught it again.
 fn loose(log: &BodyLog, motion: &Motion, holds: Option<f64>, crossing: &[bool]) -> Vec<bool> {
     let rates = Rates::new(&log.motor, motion.half, log.period_s);
-    let unknown = (UNKNOWN_SHARE * motion.top_acceleration).max(ANY_HOLDS);
+    let unknown = (UNKNOWN_SHARE * motion.usual_acceleration).max(ANY_HOLDS);
     let held = holds.map_or(unknown, |holds| HELD_PART * holds);
-    let catches = CATCHES_SHARE * motion.top_acceleration;
+    let catches = CATCHES_SHARE * motion.usual_acceleration;
     let settles = SETTLES_WINDOWS * motion.half;
     let mut loose = vec![false; log.len()];
     // Samples for which the motor has pressed again; none while the load is where it should be.
@@ -381,6 +390,8 @@ struct Rows<'a> {
     log: &'a BodyLog,
     /// Velocities and accelerations of the motor.
     rates: Rates<'a>,
+    /// Top speed of the motor.
+    top_speed: f64,
     /// Acceleration below which a speed is steady: where it rises shaft and load have not come to rest on
     /// their flank.
     steady_below: f64,
@@ -397,7 +408,8 @@ impl Rows<'_> {
         Rows {
             log,
             rates: Rates::new(&log.motor, motion.half, log.period_s),
-            steady_below: UNKNOWN_SHARE * motion.top_acceleration,
+            top_speed: motion.top_speed,
+            steady_below: UNKNOWN_SHARE * motion.usual_acceleration,
             half: motion.half,
             followed: Followed::of(&log.load, band),
             loose: loose(log, &motion, holds, &crossing),

@@ -26,7 +26,7 @@ mod times;
 mod windows;
 
 pub use identified::{BodyRows, Identified};
-pub use load_off::LoadOff;
+pub use load_off::{LATENESS_S, LoadOff};
 pub use lost::{LostMotion, fit_lost_motion};
 pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};
@@ -110,6 +110,8 @@ pub struct BodyLog {
     missing_rows: usize,
     /// How the load was off the motor, where that was taken off.
     load_off: Option<LoadOff>,
+    /// How much later or earlier than the motor's the load may be read where the log does not tell it, s.
+    lateness_s: f64,
 }
 
 impl BodyLog {
@@ -148,6 +150,7 @@ impl BodyLog {
                 lost: Vec::new(),
                 missing_rows: 0,
                 load_off: None,
+                lateness_s: LATENESS_S,
             });
         }
         let smooth = |column: &[f64]| {
@@ -170,6 +173,7 @@ impl BodyLog {
             missing_rows: grid.lost.iter().filter(|lost| **lost).count(),
             lost: grid.lost,
             load_off: None,
+            lateness_s: LATENESS_S,
         })
     }
 
@@ -196,6 +200,16 @@ impl BodyLog {
         (self.load, self.lost) = self.pair().without(&off);
         self.load_off = Some(off);
         self
+    }
+
+    /// The same whose load may be read so much later or earlier than its motor where the log does not tell it,
+    /// s: [`LATENESS_S`] if not given, nothing where one drive reads both at the same time.
+    ///
+    /// # Errors
+    /// [`FitError::Setting`] for a time that is negative or not finite.
+    pub fn read_within(self, lateness_s: f64) -> Result<BodyLog, FitError> {
+        let lateness_s = crate::settings::not_negative("lateness_s", lateness_s)?;
+        Ok(BodyLog { lateness_s, ..self })
     }
 
     /// The motor and the load beside it.

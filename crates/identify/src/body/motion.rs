@@ -41,6 +41,9 @@ pub struct Motion {
     pub top_speed: f64,
     /// Largest acceleration, averaged, per s^2.
     pub top_acceleration: f64,
+    /// The largest acceleration of a stroke in the median, per s^2: a log that begins or ends with a jolt has a
+    /// top acceleration that nothing else in it has.
+    pub usual_acceleration: f64,
     /// Strokes in order.
     pub strokes: Vec<Stroke>,
     /// Reversals: neighbouring strokes of opposite direction.
@@ -96,12 +99,21 @@ impl Motion {
             rest_speed,
             top_speed,
             top_acceleration,
+            usual_acceleration: top_acceleration,
             strokes: Vec::new(),
             reversals: 0,
             rests: 0,
             noise,
         };
         motion.strokes(&velocity, period_s);
+        let tops = motion
+            .strokes
+            .iter()
+            .map(|stroke| top(&mut (stroke.from..stroke.to).map(|at| rates.acceleration(at))));
+        let tops: Vec<f64> = tops.collect();
+        if !tops.is_empty() {
+            motion.usual_acceleration = quantile(tops, 0.5);
+        }
         motion
     }
 

@@ -277,6 +277,11 @@ fn lateness_at_one_speed_is_held_or_refused() {
             Err(why) => assert!(why.contains("several speeds"), "{why}"),
         }
     }
+    // Where both are read at the same time it is told again.
+    let gap = 12e-6;
+    let log = strokes(&[0.05], gap, 0.0, 33_210).read_within(0.0).unwrap();
+    let [low, high] = fit_lost_motion(&log, None).unwrap().total.interval;
+    assert!(low <= gap && gap <= high && high - low < 0.1 * gap);
 }
 
 /// Exchanged columns are found whatever lateness could be.

@@ -3,10 +3,11 @@
 
 use lostmotion_base::math;
 use lostmotion_drive::{
-    AxisOutput, Setpoint,
-    config::{ContactLaw, Load},
+    AxisOutput, AxisSample, Setpoint,
+    config::{AxisUnit, ContactLaw, Load},
 };
-use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion_identify::body::{BodyRows, Identified};
+use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, LATENESS_S, fit_backlash};
 use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 
 /// Two sines whose periods do not match, so that every reversal is another.
@@ -86,5 +87,61 @@ fn the_contact_law_and_the_motor_s_own_friction_do_not_matter() {
         let fit = fit(&config, 1_048_576.0);
         let error = 2.0 * fit.half_gap_rad / 12.57e-3 - 1.0;
         assert!(error.abs() < 1e-3, "{law:?}: {error:+.2e}");
+    }
+}
+
+/// One sine, which begins at full speed and so with the log's largest acceleration by far: lost motion is
+/// the gap and twice what the load's friction winds up.
+#[test]
+fn one_sine_without_noise_tells_lost_motion() {
+    let (amplitude, friction) = (10.0, 1.1);
+    for gap in [12.57e-3, 50e-3] {
+        for pace in [1.0, 3.0] {
+            let config = axis(gap, friction, 0.0);
+            let sine: Vec<_> = (0..(25_000.0 / pace) as u32)
+                .map(|n| pace * 1e-3 * f64::from(n))
+                .map(|at| {
+                    let [place, speed] = [math::sin(at), pace * math::cos(at)];
+                    let acceleration = -pace * pace * place;
+                    let [place, speed, acceleration] =
+                        [place, speed, acceleration].map(|value| amplitude * value);
+                    Setpoint::moving(place, speed, acceleration)
+                })
+                .collect();
+            let mut out = AxisOutput::new(true);
+            let mut runner = build_runner(&config, MethodId::NONE, 0.0).unwrap();
+            runner.push(&sine, &mut out).unwrap();
+            let trace = out.trace.unwrap();
+            let column = |of: fn(&AxisSample) -> f64| trace.iter().map(of).collect::<Vec<_>>();
+            let time: Vec<f64> = (0..trace.len()).map(|row| 250e-6 * row as f64).collect();
+            let current = column(|sample| sample.current);
+            let rows = BodyRows {
+                unit: AxisUnit::Rad,
+                time_s: &time,
+                motor: &column(|sample| sample.motor_position),
+                load: &column(|sample| sample.load_position),
+                command: &[],
+                drive: &current,
+                // What lateness makes of the difference at full speed hides the smaller gaps.
+                lateness_s: if gap > 2.0 * LATENESS_S * amplitude * pace {
+                    LATENESS_S
+                } else {
+                    0.0
+                },
+            };
+            for drive in [&current[..], &[]] {
+                let found = Identified::of(&BodyRows { drive, ..rows }).unwrap();
+                let lost = found.lost_motion.unwrap_or_else(|| {
+                    panic!("gap {gap}, pace {pace}: {:?}", found.untold);
+                });
+                let [low, high] = lost.total.interval;
+                let truth = gap + 2.0 * friction / 2000.0;
+                assert!(
+                    0.98 * low <= truth && truth <= 1.02 * high && high - low < 1.2 * truth,
+                    "gap {gap}, pace {pace}: {:?} for {truth}",
+                    lost.total
+                );
+            }
+        }
     }
 }

@@ -334,9 +334,11 @@ def fit(
     axis: str | Machine | None,
     drive: str | None,
     motor_only: bool,
+    lateness_s: float,
 ) -> tuple[dict[str, Any], str]: ...
 def identify(
     log: tuple[dict[str, bytes], str] | tuple[str | PathLike[str], Sequence[str]],
+    lateness_s: float,
 ) -> dict[str, Any]: ...
 
 @final

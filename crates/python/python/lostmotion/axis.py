@@ -196,6 +196,7 @@ def fit(
     motor_only: bool = False,
     unit: str = "mm",
     columns: Sequence[str] = (),
+    lateness_ms: float = 0.4,
 ) -> Fit:
     """Fits the gap of an axis to a log.
 
@@ -203,6 +204,8 @@ def fit(
     column is: ``"motor=NAME,unit=um"``), or columns of one length: ``time_s``, ``motor``, ``load``
     (positions at the load in ``unit``) and ``current_a``. With ``axis`` motor data are known and
     the interval is narrower. ``motor_only`` does without the load's position and needs the axis.
+    ``lateness_ms`` is how much later or earlier than the motor's the load's position may be read
+    where the log does not tell it: 0 where one drive reads both at the same time.
 
     Raises `DataError` for a log that does not tell the gap, or that is none.
     """
@@ -214,18 +217,27 @@ def fit(
         for name in roles:
             if name not in log:
                 raise DataError(f"the log has no {name}", hint="give it as a column")
-    data, document = _native.fit(given, axis, drive, motor_only)
+    data, document = _native.fit(given, axis, drive, motor_only, 1e-3 * lateness_ms)
     low, high = data["gap_interval"]
     return Fit(data["gap"], (low, high), data["unit"], data["excited"], data, document)
 
 
-def identify(log: _Log, *, unit: str = "mm", columns: Sequence[str] = ()) -> dict[str, Any]:
+def identify(
+    log: _Log,
+    *,
+    unit: str = "mm",
+    columns: Sequence[str] = (),
+    lateness_ms: float = 0.4,
+) -> dict[str, Any]:
     """What a log tells of an axis as one body: lost motion, inertia, friction, servo gains.
 
     ``log`` is a file, or columns of one length: ``time_s``, ``motor`` and, as far as they were
     logged, ``load`` and ``command`` (positions at the load in ``unit``) and ``drive`` (current,
-    torque or force; a current may also be called ``current_a``, as in `fit`). Answers in m or rad, s, and the unit of ``drive``: ``lost_motion``, ``body``
-    and ``servo``, each ``None`` where ``untold`` says why. A figure is ``value``, its standard
+    torque or force; a current may also be called ``current_a``, as in `fit`). ``lateness_ms`` is
+    how much later or earlier than the motor's the load's position may be read where the log does
+    not tell it. Answers in m or rad, s, and the unit of ``drive``: ``lost_motion``, ``body`` and
+    ``servo``, each ``None`` where ``untold`` says why. A figure is ``value``, its standard
     ``error`` and its 95 % ``interval``.
     """
-    return _native.identify(_log(log, columns, unit, ["load", "command", "drive", "current_a"]))
+    given = _log(log, columns, unit, ["load", "command", "drive", "current_a"])
+    return _native.identify(given, 1e-3 * lateness_ms)
