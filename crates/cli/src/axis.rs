@@ -1,13 +1,12 @@
 //! `lostmotion axis`: one axis alone, and fits to what was logged of one.
 
 use crate::commission::{self, Commission, LearnedFiles};
-use crate::fits::Lateness;
 use crate::identify::{self, Identify};
 use crate::input;
 use crate::logs::{self, LogInput, LogOverview, axis_unit};
 use crate::options::machine::{Cycles, axis, axis_files, interpolator, interpolators, set_changes};
-use crate::options::methods;
 use crate::options::start::Start;
+use crate::options::{Lateness, methods};
 use crate::output::{self, DONE, Failure};
 use crate::testpart::{self, Testpart};
 use clap::{Args, Subcommand, ValueHint};

@@ -1,45 +1,13 @@
 //! Results of fits as `--fitted` reads them.
 
 use crate::input;
-use crate::options;
 use crate::output::Failure;
-use clap::Args;
 use lostmotion::base::units::number;
 use lostmotion::drive::config::{AxisUnit, Gap};
-use lostmotion::identify::{FIT_SCHEMA, FitResult, LATENESS_S, motor_rad_per_unit};
+use lostmotion::identify::{FIT_SCHEMA, FitResult, motor_rad_per_unit};
 use lostmotion::methods::AxisConfig;
 use lostmotion::methods::fitted_lookup::ToldLoad;
 use std::path::Path;
-
-/// How late the load of a log may be.
-#[derive(Debug, Args)]
-pub(crate) struct Lateness {
-    /// How much later or earlier than the motor's the position of the load may be read where the log does
-    /// not tell it, ms: intervals hold it; 0 where one drive reads both at the same time
-    #[arg(
-        long = "lateness",
-        value_name = "MS",
-        allow_negative_numbers = true,
-        value_parser = milliseconds,
-        default_value_t = 1e3 * LATENESS_S
-    )]
-    ms: f64,
-}
-
-impl Lateness {
-    /// The same in s.
-    pub(crate) fn seconds(&self) -> f64 {
-        1e-3 * self.ms
-    }
-}
-
-/// A time from 0 on.
-fn milliseconds(text: &str) -> Result<f64, &'static str> {
-    let ms = options::number(text)?;
-    let told =
-        "it is no time from 0 on: 0 says that one drive reads motor and load at the same time";
-    (ms.is_finite() && ms >= 0.0).then_some(ms).ok_or(told)
-}
 
 /// Motor radian for a unit of the log.
 pub(crate) fn rad_per_unit(

@@ -61,10 +61,9 @@ pub use axis_fit::{
     AxisFitError, AxisRows, FIT_SCHEMA, FitResult, LoadStiffness, UnitMismatch, fit_axis,
     motor_rad_per_unit,
 };
-pub use body::LATENESS_S;
 pub use error::{Cause, FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::{BacklashLog, MotorLog};
 pub use motor_only::{fit_motor_only, fit_motor_only_with};
 pub use result::{BacklashFit, FittedLoad, SolverReport};
-pub use settings::FitSettings;
+pub use settings::{FitSettings, LATENESS_S};

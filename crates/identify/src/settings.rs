@@ -3,7 +3,11 @@
 use lostmotion_drive::AxisConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::{body::LATENESS_S, error::FitError};
+use crate::error::FitError;
+
+/// Lateness, either way, that intervals of gap and lost motion hold where the log does not tell it, s. A choice: from
+/// here on it is taken off before where speeds differ, and ordinary controls read all in a cycle of less.
+pub const LATENESS_S: f64 = 400e-6;
 
 /// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits
 /// logs of 0.1 to 1 ms.

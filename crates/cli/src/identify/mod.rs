@@ -5,8 +5,9 @@ mod findings;
 mod scales;
 mod write;
 
-use crate::fits::{Lateness, rad_per_unit};
+use crate::fits::rad_per_unit;
 use crate::logs::{LogInput, axis_unit};
+use crate::options::Lateness;
 use crate::options::machine::{axis, axis_files};
 use crate::output::{self, DONE, FOUND, Failure};
 use clap::{Args, ValueHint};

@@ -9,6 +9,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
 use lostmotion::base::names::did_you_mean;
+use lostmotion::identify::LATENESS_S;
 use lostmotion::methods::MethodId;
 use lostmotion::plan::Action;
 use lostmotion::sim::Intervention;
@@ -182,6 +183,36 @@ pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
         true => "it is not a whole number from 0 upwards that fits",
         false => "it is not a number",
     })
+}
+
+/// How late the load of a log may be.
+#[derive(Debug, Args)]
+pub(crate) struct Lateness {
+    /// How much later or earlier than the motor's the position of the load may be read where the log does
+    /// not tell it, ms: intervals hold it; 0 where one drive reads both at the same time
+    #[arg(
+        long = "lateness",
+        value_name = "MS",
+        allow_negative_numbers = true,
+        value_parser = milliseconds,
+        default_value_t = 1e3 * LATENESS_S
+    )]
+    ms: f64,
+}
+
+impl Lateness {
+    /// The same in s.
+    pub(crate) fn seconds(&self) -> f64 {
+        1e-3 * self.ms
+    }
+}
+
+/// A time from 0 on.
+fn milliseconds(text: &str) -> Result<f64, &'static str> {
+    let ms = number(text)?;
+    let told =
+        "it is no time from 0 on: 0 says that one drive reads motor and load at the same time";
+    (ms.is_finite() && ms >= 0.0).then_some(ms).ok_or(told)
 }
 
 /// What an operator does while a program runs.

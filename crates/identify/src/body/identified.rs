@@ -25,7 +25,7 @@ pub struct BodyRows<'a> {
     /// What drives the axis: force, torque, current or voltage.
     pub drive: &'a [f64],
     /// How much later or earlier than the motor's the position of the load may be read, s, where the log does
-    /// not tell it: [`LATENESS_S`](super::LATENESS_S) where nobody knows, zero where one drive reads both at
+    /// not tell it: [`LATENESS_S`](crate::LATENESS_S) where nobody knows, zero where one drive reads both at
     /// the same time.
     pub lateness_s: f64,
 }

@@ -12,6 +12,7 @@
 use super::squares::Squares;
 use super::{Averages, Motion, Rates};
 use crate::even::lagrange;
+use crate::settings::LATENESS_S;
 use lostmotion_base::math::quantile;
 use serde::{Deserialize, Serialize};
 
@@ -36,10 +37,7 @@ const CERTAINLY: f64 = 2.0;
 /// matters. A choice.
 pub(crate) const MATTERS_SHARE: f64 = 0.02;
 /// Least lateness that is told, s. A choice: a row of an ordinary log is twice that.
-const LEAST_LATE_S: f64 = 400e-6;
-/// Lateness, either way, that intervals of gap and lost motion hold where the log does not tell it, s. A choice: from
-/// here on it is taken off before where speeds differ, and ordinary controls read all in a cycle of less.
-pub const LATENESS_S: f64 = 400e-6;
+const LEAST_LATE_S: f64 = LATENESS_S;
 /// How far lateness may be off beside its scatter, s: viscous friction winds up the softest shafts as if the load
 /// were so late.
 const WIND_UP_S: f64 = 250e-6;

@@ -26,7 +26,7 @@ mod times;
 mod windows;
 
 pub use identified::{BodyRows, Identified};
-pub use load_off::{LATENESS_S, LoadOff};
+pub use load_off::LoadOff;
 pub use lost::{LostMotion, fit_lost_motion};
 pub use motion::{Motion, Stroke};
 pub use replay::{Replayed, replay};
@@ -37,6 +37,7 @@ pub use times::times_go_with;
 
 use crate::error::FitError;
 use crate::even::EvenGrid;
+use crate::settings::LATENESS_S;
 use serde::Serialize;
 
 /// A figure with its uncertainty.
