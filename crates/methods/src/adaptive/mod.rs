@@ -82,7 +82,7 @@ use lostmotion_drive::config::Transmission;
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::twin::{LoadModel, Twinned};
 use lostmotion_drive::{
-    Compensator, Correction, GapReading, Heeded, Knowledge, Learned, Learning, MethodInfo, Signals,
+    Compensator, Correction, GapReading, Knowledge, Learned, Learning, MethodInfo, Signals,
 };
 use prior::Prior;
 use reading::Reading;
@@ -438,7 +438,7 @@ impl Adaptive {
         let degrees = by_degrees(state.gap.count);
         HalfGap {
             moving: state.trust.used(degrees * state.used),
-            resting: state.trust.used_at_rest(if state.gap.count > 0 {
+            resting: state.trust.used(if state.gap.count > 0 {
                 self.half_gap(state, true)
             } else {
                 degrees * state.used
@@ -551,8 +551,8 @@ impl Compensator for Adaptive {
         state.trust.readiness(state.used)
     }
 
-    fn heed(&self, state: &mut AdaptiveState, heeded: Heeded) {
-        state.trust.heed(heeded);
+    fn heed(&self, state: &mut AdaptiveState, others: f64) {
+        state.trust.heed(others);
         state.foresee.clear();
     }
 

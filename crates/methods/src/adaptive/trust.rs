@@ -8,19 +8,18 @@
 //! 2. Only where the inertia is known so well that the change of the flank can be foreseen: a twin whose
 //!    inertia is wrong crosses the gap too early or too late, and the load is thrown. Where the axis
 //!    is slow the inertia hardly matters, and where it rests not at all.
-//! 3. In motion only as far as the axes that move with it. The errors of two axes of a slanted line or an arc
+//! 3. Only as far as the axes that move with it. The errors of two axes of a slanted line or an arc
 //!    partly cancel across it, so that one axis set right alone can be worse than neither; both by
-//!    the same share never is. That of an axis that rests lies across the path, whatever the others do.
+//!    the same share never is.
 //!
 //! ```text
 //! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
 //! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
-//! used      b min(allowed, least readiness of the others), at rest b allowed      readiness: 1 with a gap that is used, else 0
+//! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
 use crate::memory::{CERTAIN_DEVIATIONS, HOLDING_SHARE};
 use lostmotion_base::Clock;
-use lostmotion_drive::Heeded;
 use lostmotion_drive::signal::Reference;
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
@@ -68,8 +67,6 @@ pub(super) struct Trust {
     /// Whether the inertia is known well, and whether changes of the flank can be foreseen.
     certain: bool,
     foreseen: bool,
-    /// What the control allows.
-    allowed: f64,
     /// Least readiness of the other axes.
     others: f64,
     /// Whether it began with a memory.
@@ -87,7 +84,6 @@ impl Trust {
         most: [0.0; 2],
         certain: false,
         foreseen: false,
-        allowed: 1.0,
         others: 1.0,
         remembers: false,
     };
@@ -132,7 +128,7 @@ impl Trust {
 
     /// How far the control and the other axes let it correct.
     pub(super) fn allowed(&self) -> f64 {
-        self.allowed.min(self.others)
+        self.others
     }
 
     /// The part of a known gap that is used.
@@ -199,23 +195,14 @@ impl Trust {
         (self.own(half_gap) > 0.0).then_some(half_gap)
     }
 
-    /// Takes what the control allows, and the least readiness of the other axes.
-    pub(super) fn heed(&mut self, heeded: Heeded) {
-        self.allowed = heeded.allowed.clamp(0.0, 1.0);
-        self.others = heeded.others.clamp(0.0, 1.0);
+    /// Takes the least readiness of the other axes.
+    pub(super) fn heed(&mut self, others: f64) {
+        self.others = others.clamp(0.0, 1.0);
     }
 
     /// The part of a half gap that is used, in its unit.
     pub(super) fn used(&self, half_gap: f64) -> f64 {
-        half_gap * self.own(half_gap).min(self.allowed())
-    }
-
-    /// The same where the axis may rest: as long as it does the others need not be ready.
-    pub(super) fn used_at_rest(&self, half_gap: f64) -> f64 {
-        if self.moves {
-            return self.used(half_gap);
-        }
-        half_gap * self.own(half_gap).min(self.allowed)
+        half_gap * self.own(half_gap).min(self.others)
     }
 }
 
@@ -259,12 +246,8 @@ mod tests {
         }
         let told = |trust: &Trust, half_gap| trust.readiness(half_gap).unwrap_or(1.0);
         let (first, second) = (told(&ready, 1.0), told(&learning, 1.0));
-        let heeded = |others| Heeded {
-            allowed: 1.0,
-            others,
-        };
-        ready.heed(heeded(second));
-        learning.heed(heeded(first));
+        ready.heed(second);
+        learning.heed(first);
         assert_eq!((ready.used(1.0), learning.used(1.0)), (0.0, 0.0));
         // an axis that stands, or whose load stays on one flank, does not hold the others back
         let rest = Reference::default();
@@ -274,23 +257,6 @@ mod tests {
         hanging.step(&MOVING, 1, [-0.01, 0.05]);
         hanging.step(&MOVING, 1, [-0.01, 0.05]);
         assert_eq!(hanging.readiness(0.0), None);
-    }
-
-    #[test]
-    fn an_axis_that_rests_is_corrected_whatever_the_others_do() {
-        let mut trust = Trust::NONE;
-        for side in [1, -1] {
-            trust.step(&MOVING, side, [0.01, 0.03]);
-        }
-        trust.foreseen = true;
-        trust.heed(Heeded {
-            allowed: 0.5,
-            others: 0.0,
-        });
-        assert_eq!((trust.used(1.0), trust.used_at_rest(1.0)), (0.0, 0.0));
-        trust.step(&Reference::default(), -1, [0.01, 0.03]);
-        // as far as the control allows
-        assert_eq!((trust.used(1.0), trust.used_at_rest(1.0)), (0.0, 0.5));
     }
 
     #[test]

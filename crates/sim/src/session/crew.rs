@@ -9,7 +9,7 @@ use crate::machine::{Machine, Memory};
 use crate::motion::Modes;
 use lostmotion_base::{Clock, threads};
 use lostmotion_contour::ContourTracker;
-use lostmotion_drive::{AxisBatch, AxisOutput, AxisRunner, Heeded, Learned, Setpoint, TiedAxes};
+use lostmotion_drive::{AxisBatch, AxisOutput, AxisRunner, Learned, Setpoint, TiedAxes};
 use lostmotion_methods::{AxisConfig, AxisMemory};
 use lostmotion_plan::Sample;
 use std::collections::VecDeque;
@@ -82,11 +82,8 @@ impl Crew {
             .iter()
             .map(|variant| self.share(*variant))
             .collect();
-        for (allowed, axis) in shares.into_iter().zip(self.batch.axes_mut()) {
-            axis.heed(Heeded {
-                allowed,
-                others: 1.0,
-            });
+        for (share, axis) in shares.into_iter().zip(self.batch.axes_mut()) {
+            axis.heed(share);
         }
     }
 
@@ -200,7 +197,7 @@ impl Crew {
         }
     }
 
-    /// Tells each compensator what the guard allows, and the least readiness of the other axes of its variant.
+    /// Tells each compensator the least readiness of the other axes of its variant.
     fn exchange(&mut self) {
         let ready: Vec<(usize, Option<f64>)> = self
             .variant_of
@@ -212,14 +209,10 @@ impl Crew {
             let variant = self.variant_of[lane];
             let others = ready.iter().enumerate();
             let others = others.filter(|(other, (theirs, _))| *other != lane && *theirs == variant);
-            Heeded {
-                allowed: self.share(variant),
-                others: others
-                    .filter_map(|(_, (_, ready))| *ready)
-                    .fold(1.0, f64::min),
-            }
+            let least = others.filter_map(|(_, (_, ready))| *ready);
+            least.fold(self.share(variant), f64::min)
         };
-        let heeded: Vec<Heeded> = (0..ready.len()).map(heeded).collect();
+        let heeded: Vec<f64> = (0..ready.len()).map(heeded).collect();
         for (heeded, axis) in heeded.into_iter().zip(self.batch.axes_mut()) {
             axis.heed(heeded);
         }
