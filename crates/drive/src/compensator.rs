@@ -57,6 +57,15 @@ impl MethodInfo {
     }
 }
 
+/// How far a compensator may correct beside what it knows itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heeded {
+    /// What the control allows, 0 (nothing) to 1 (all of it).
+    pub allowed: f64,
+    /// The least [`Compensator::readiness`] of the machine's other axes; `None` where none of them matters now.
+    pub others: Option<f64>,
+}
+
 /// A backlash compensator.
 pub trait Compensator: Send + Sync + 'static {
     /// What it carries from tick to tick.
@@ -115,8 +124,8 @@ pub trait Compensator: Send + Sync + 'static {
         None
     }
 
-    /// Told some times a second: the least [`Compensator::readiness`] of the machine's other axes.
-    fn heed(&self, _state: &mut Self::State, _others: f64) {}
+    /// Told some times a second: what the control allows, and what the machine's other axes are ready for.
+    fn heed(&self, _state: &mut Self::State, _heeded: Heeded) {}
 
     /// Where the load would be without a correction, and with the whole of it, rad: at the first servo
     /// tick of each command cycle since the last [`Compensator::heed`], up to a bound; of cycles

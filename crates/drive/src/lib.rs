@@ -33,7 +33,7 @@ pub mod tied;
 pub mod twin;
 
 pub use batch::AxisBatch;
-pub use compensator::{Compensator, Knowledge, MethodInfo};
+pub use compensator::{Compensator, Heeded, Knowledge, MethodInfo};
 pub use config::{AxisConfig, AxisConfigError};
 pub use error::AxisError;
 pub use learned::{GapReading, Learned, Learning, ReadingVerdict};

@@ -1,6 +1,6 @@
 //! One axis from setpoints to where its load really is.
 
-use crate::compensator::MethodInfo;
+use crate::compensator::{Heeded, MethodInfo};
 use crate::error::AxisError;
 use crate::learned::{Learned, Learning};
 use crate::plant::{Plant, PlantInput, PlantState};
@@ -155,7 +155,7 @@ pub trait AxisRunner: Send {
     fn readiness(&self) -> Option<f64>;
 
     /// [`crate::Compensator::heed`] of its compensator.
-    fn heed(&mut self, others: f64);
+    fn heed(&mut self, heeded: Heeded);
 
     /// [`crate::Compensator::foreseen`] of its compensator.
     fn foreseen(&self) -> &[Option<[f64; 2]>];

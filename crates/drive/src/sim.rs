@@ -1,6 +1,6 @@
 //! An axis with a compensator: the parts of a servo tick in their order.
 
-use crate::compensator::{Compensator, MethodInfo};
+use crate::compensator::{Compensator, Heeded, MethodInfo};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
 use crate::learned::{Learned, Learning};
@@ -297,10 +297,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.model.compensator.readiness(&self.state.compensator)
     }
 
-    fn heed(&mut self, others: f64) {
+    fn heed(&mut self, heeded: Heeded) {
         self.model
             .compensator
-            .heed(&mut self.state.compensator, others);
+            .heed(&mut self.state.compensator, heeded);
     }
 
     fn foreseen(&self) -> &[Option<[f64; 2]>] {

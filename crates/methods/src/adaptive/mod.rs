@@ -82,7 +82,7 @@ use lostmotion_drive::config::Transmission;
 use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::twin::{LoadModel, Twinned};
 use lostmotion_drive::{
-    Compensator, Correction, GapReading, Knowledge, Learned, Learning, MethodInfo, Signals,
+    Compensator, Correction, GapReading, Heeded, Knowledge, Learned, Learning, MethodInfo, Signals,
 };
 use prior::Prior;
 use reading::Reading;
@@ -426,7 +426,9 @@ fn by_degrees(readings: u32) -> f64 {
 impl Adaptive {
     /// Half gap that could be used in motion, or at rest, rad.
     fn half_gap(&self, state: &AdaptiveState, rests: bool) -> f64 {
-        if rests && !state.trust.nil && state.gap.count > 0 {
+        // what is not enough in motion is used in a long rest alone: in short ones it would spoil the readings to come
+        let tells = state.used > 0.0 || state.trust.rests_long();
+        if rests && tells && !state.trust.nil && state.gap.count > 0 {
             state.gap.used_at_rest()
         } else {
             state.used
@@ -551,8 +553,8 @@ impl Compensator for Adaptive {
         state.trust.readiness(state.used)
     }
 
-    fn heed(&self, state: &mut AdaptiveState, others: f64) {
-        state.trust.heed(others);
+    fn heed(&self, state: &mut AdaptiveState, heeded: Heeded) {
+        state.trust.heed(heeded);
         state.foresee.clear();
     }
 

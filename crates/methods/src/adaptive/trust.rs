@@ -12,14 +12,19 @@
 //!    partly cancel across it, so that one axis set right alone can be worse than neither; both by
 //!    the same share never is.
 //!
+//! An axis that hardly moves, as the tool's does behind its plunge, may never show its friction. The slides
+//! of a machine are of one kind: where it rests for long beside axes that are ready it is taken to hold its
+//! load as they do, unless its own friction is certainly less, and until it moves.
+//!
 //! ```text
-//! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
+//! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated;   after 2 s at rest, the others ready, while  H + 2 s > 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
 //! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
-//! used      b min(1, least readiness of the others)      readiness: 1 with a gap that is used, else 0
+//! used      b min(allowed, least readiness of the others)      readiness: 1 with a gap that is used, else 0
 //! ```
 
 use crate::memory::{CERTAIN_DEVIATIONS, HOLDING_SHARE};
 use lostmotion_base::Clock;
+use lostmotion_drive::Heeded;
 use lostmotion_drive::signal::Reference;
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
@@ -36,6 +41,9 @@ const UNCERTAIN_TORQUE: f64 = 0.12;
 /// Part of the half gap that the way of speeding up may be for the inertia not to matter. A choice.
 const SHORT_RAMP: f64 = 0.1;
 
+/// Rest after which an axis is taken to hold its load as others do, and a reading that does not count alone
+/// is used, s. A choice: longer than pauses; at once a square whose axes rest in turn is made worse (808-21).
+const LONG_REST_S: f64 = 2.0;
 /// Time constant with which the largest speed and acceleration fade, s. A choice: a rapid is forgotten in a
 /// slow cut, and a corner not before the next one.
 const FADING_S: f64 = 4.0;
@@ -57,8 +65,11 @@ pub(super) struct Trust {
     held: bool,
     /// Whether the gap is too small to matter.
     pub(super) nil: bool,
-    /// Whether the reference moves.
+    /// Whether it is taken to hold its load as the axes do that move beside it.
+    held_as_others: bool,
+    /// Whether the reference moves, and servo ticks since it last did.
     moves: bool,
+    rested: u32,
     /// The flank, 0 before the first, and whether it has changed since the start.
     side: i8,
     changed: bool,
@@ -67,8 +78,10 @@ pub(super) struct Trust {
     /// Whether the inertia is known well, and whether changes of the flank can be foreseen.
     certain: bool,
     foreseen: bool,
-    /// Least readiness of the other axes.
-    others: f64,
+    /// What the control allows.
+    allowed: f64,
+    /// Least readiness of the other axes; `None` where none of them matters.
+    others: Option<f64>,
     /// Whether it began with a memory.
     remembers: bool,
 }
@@ -78,13 +91,16 @@ impl Trust {
     pub(super) const NONE: Trust = Trust {
         held: false,
         nil: false,
+        held_as_others: false,
         moves: false,
+        rested: 0,
         side: 0,
         changed: false,
         most: [0.0; 2],
         certain: false,
         foreseen: false,
-        others: 1.0,
+        allowed: 1.0,
+        others: None,
         remembers: false,
     };
 
@@ -121,6 +137,11 @@ impl Trust {
         self.held
     }
 
+    /// Whether it has rested for long.
+    pub(super) fn rests_long(&self) -> bool {
+        f64::from(self.rested) * Clock::SERVO.period_s() > LONG_REST_S
+    }
+
     /// Whether changes of the flank can be foreseen.
     pub(super) fn foresees(&self) -> bool {
         self.foreseen || !self.moves
@@ -129,6 +150,7 @@ impl Trust {
     /// How far the control and the other axes let it correct.
     pub(super) fn allowed(&self) -> f64 {
         self.others
+            .map_or(self.allowed, |others| self.allowed.min(others))
     }
 
     /// The part of a known gap that is used.
@@ -145,6 +167,16 @@ impl Trust {
             least > HOLDING_SHARE
         };
         self.moves = reference.velocity != 0.0;
+        self.rested = if self.moves {
+            0
+        } else {
+            self.rested.saturating_add(1)
+        };
+        // where all of them rest for a moment, what was taken stands
+        let as_others = self
+            .others
+            .map_or(self.held_as_others, |ready| ready == 1.0);
+        self.held_as_others = self.rests_long() && as_others && most > HOLDING_SHARE;
         // the first flank is no change
         self.changed |= self.side != 0 && side != self.side;
         self.side = side;
@@ -178,7 +210,7 @@ impl Trust {
     }
 
     fn own(&self, half_gap: f64) -> f64 {
-        if self.held && self.foresees() && half_gap > 0.0 {
+        if (self.held || self.held_as_others) && self.foresees() && half_gap > 0.0 {
             1.0
         } else {
             0.0
@@ -195,14 +227,15 @@ impl Trust {
         (self.own(half_gap) > 0.0).then_some(half_gap)
     }
 
-    /// Takes the least readiness of the other axes.
-    pub(super) fn heed(&mut self, others: f64) {
-        self.others = others.clamp(0.0, 1.0);
+    /// Takes what the control allows, and the least readiness of the other axes.
+    pub(super) fn heed(&mut self, heeded: Heeded) {
+        self.allowed = heeded.allowed.clamp(0.0, 1.0);
+        self.others = heeded.others.map(|others| others.clamp(0.0, 1.0));
     }
 
     /// The part of a half gap that is used, in its unit.
     pub(super) fn used(&self, half_gap: f64) -> f64 {
-        half_gap * self.own(half_gap).min(self.others)
+        half_gap * self.own(half_gap).min(self.allowed())
     }
 }
 
@@ -246,8 +279,12 @@ mod tests {
         }
         let told = |trust: &Trust, half_gap| trust.readiness(half_gap).unwrap_or(1.0);
         let (first, second) = (told(&ready, 1.0), told(&learning, 1.0));
-        ready.heed(second);
-        learning.heed(first);
+        let heeded = |others| Heeded {
+            allowed: 1.0,
+            others: Some(others),
+        };
+        ready.heed(heeded(second));
+        learning.heed(heeded(first));
         assert_eq!((ready.used(1.0), learning.used(1.0)), (0.0, 0.0));
         // an axis that stands, or whose load stays on one flank, does not hold the others back
         let rest = Reference::default();
@@ -257,6 +294,47 @@ mod tests {
         hanging.step(&MOVING, 1, [-0.01, 0.05]);
         hanging.step(&MOVING, 1, [-0.01, 0.05]);
         assert_eq!(hanging.readiness(0.0), None);
+    }
+
+    #[test]
+    fn after_a_long_rest_a_load_is_held_as_those_that_move_beside_it_until_it_moves() {
+        let mut trust = Trust {
+            foreseen: true,
+            ..Trust::NONE
+        };
+        let rest = |trust: &mut Trust, seconds: f64, friction| {
+            for _ in 0..(seconds / Clock::SERVO.period_s()) as usize {
+                trust.step(&Reference::default(), 1, friction);
+            }
+            trust.used(1.0)
+        };
+        let heeded = |others| Heeded {
+            allowed: 1.0,
+            others,
+        };
+        let (unknown, slippery) = ([-0.01, 0.05], [-0.01, 0.004]);
+        assert_eq!(rest(&mut trust, 3.0, unknown), 0.0);
+        // others that are not ready show nothing; a pause of those that were takes nothing back
+        for (others, expected) in [(Some(0.0), 0.0), (Some(1.0), 1.0), (None, 1.0), (Some(0.5), 0.0)] {
+            trust.heed(heeded(others));
+            assert_eq!(rest(&mut trust, 0.1, unknown), expected, "{others:?}");
+        }
+        trust.heed(heeded(Some(1.0)));
+        assert_eq!(rest(&mut trust, 0.1, unknown), 1.0);
+        assert_eq!(rest(&mut trust, 0.1, slippery), 0.0);
+        assert_eq!(rest(&mut trust, 0.1, unknown), 1.0);
+        // it is not said to hold its load, and in motion it has to show so
+        assert!(!trust.is_held());
+        trust.step(&MOVING, 1, unknown);
+        assert_eq!(trust.used(1.0), 0.0);
+        assert_eq!(rest(&mut trust, 1.9, unknown), 0.0);
+        assert_eq!(rest(&mut trust, 0.2, unknown), 1.0);
+        // what the control allows bounds it
+        trust.heed(Heeded {
+            allowed: 0.3,
+            others: Some(1.0),
+        });
+        assert_eq!(rest(&mut trust, 0.1, unknown), 0.3);
     }
 
     #[test]

@@ -47,7 +47,9 @@ mod window;
 use crate::AxisConfig;
 use crate::readings::Readings;
 use fit::{Found, ShaftPrior};
-use lostmotion_drive::{Compensator, Correction, Learned, Learning, MethodInfo, Signals, Twinned};
+use lostmotion_drive::{
+    Compensator, Correction, Heeded, Learned, Learning, MethodInfo, Signals, Twinned,
+};
 use model::ShaftMotor;
 use reading::ShaftReading;
 use serde::{Deserialize, Serialize};
@@ -293,8 +295,8 @@ impl<C: Compensator> Compensator for Observed<C> {
         self.compensator.readiness(&state.compensator)
     }
 
-    fn heed(&self, state: &mut Self::State, others: f64) {
-        self.compensator.heed(&mut state.compensator, others);
+    fn heed(&self, state: &mut Self::State, heeded: Heeded) {
+        self.compensator.heed(&mut state.compensator, heeded);
     }
 
     fn foreseen<'a>(&self, state: &'a Self::State) -> &'a [Option<[f64; 2]>] {

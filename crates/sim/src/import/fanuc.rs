@@ -3,7 +3,8 @@
 //! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
 //! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
 //! acceleration before interpolation (mm/s2), 1800#4 RBK, 1825 position gain (0.01/s, listed only),
-//! 1820 command multiplier, 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps. Lengths
+//! 1820 command multiplier, 1828 and 1829 limits of the position deviation, 1851 and 1852 gaps, 8311 the
+//! axis that one follows under axis synchronous control. Lengths
 //! without a point are in the increment of the axis, gaps and deviations in detection units: the
 //! increment by the command multiplier. Source: parameter manuals B-63090EN, B-64120EN, B-64490EN,
 //! B-63950EN (1820).
@@ -253,7 +254,11 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             );
         }
     }
+    let followers = followers(&all, &numbers);
     for number in numbers {
+        if followers.iter().any(|(own, _)| *own == number) {
+            continue;
+        }
         let Some((axis, named)) = all.axis(number) else {
             let why = "its name (1020) is no letter of an axis";
             draft.row(format!("A{number}"), "", Fate::Ignored, why);
@@ -283,6 +288,9 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             problems.push(found);
         }
     }
+    for (own, leading) in &followers {
+        problems.extend(follow(&mut draft, &all, *own, *leading).err());
+    }
     if draft.axes.is_empty() && problems.is_empty() {
         let hint = "punch out the parameters: N01420A1P24000 and so on";
         problems.push(problem(1, "", "there is no parameter of an axis", hint));
@@ -292,7 +300,7 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     }
     let read = [
         1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1820, 1828, 1829, 1851,
-        1852,
+        1852, 8311,
     ];
     for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
         let note = match entry.value.parse::<f64>() {
@@ -314,6 +322,70 @@ fn backlash_acceleration(number: u32, value: &str) -> &'static str {
         2009 | 2048 | 2071 => "of the backlash acceleration (2003#5), which is not carried",
         _ => "",
     }
+}
+
+/// The axes that follow another (8311 of the one that follows names the one that leads), and the number
+/// of the axis that each follows, which follows none itself.
+fn followers(all: &PunchedOut<'_>, numbers: &[usize]) -> Vec<(usize, usize)> {
+    let leads = |own: usize| -> Option<usize> {
+        let leading = all.of(8311, own)?.value.parse().ok()?;
+        (leading != own && numbers.contains(&leading)).then_some(leading)
+    };
+    let all = numbers.iter().filter_map(|own| Some((*own, leads(*own)?)));
+    all.filter(|(_, leading)| leads(*leading).is_none())
+        .collect()
+}
+
+/// Takes over what is told of the second motor of an axis, which has a number of its own: its gap.
+fn follow(
+    draft: &mut Draft,
+    all: &PunchedOut<'_>,
+    own: usize,
+    leading: usize,
+) -> Result<(), Problem> {
+    let Some(axis) = all.axis(leading).map(|(axis, _)| axis) else {
+        return Ok(());
+    };
+    let Some(index) = draft.axes.iter().position(|it| it.id == axis) else {
+        return Ok(());
+    };
+    draft.axes[index].further_motor(&format!("A{own}"));
+    let multiplier = all.command_multiplier(own).unwrap_or(1.0);
+    let unit = all.increment(own) / multiplier;
+    for entry in all.0.iter().filter(|entry| entry.axis == own) {
+        let (fate, note) = match entry.number {
+            1851 if entry.value.starts_with('-') => {
+                number(entry.line, &entry.name(), entry.value)?;
+                (Fate::Ignored, LEADING.to_owned())
+            }
+            1851 => {
+                let gap = not_negative(entry.line, &entry.name(), entry.value)? * unit;
+                let from = entry.name();
+                let motor = draft.axes[index].further_motor(&format!("A{own}"));
+                motor.gap = Some(Told {
+                    value: gap,
+                    from,
+                    line: entry.line,
+                });
+                (Fate::Used, format!("gap of the second motor of {axis}"))
+            }
+            1820 => (
+                Fate::Used,
+                format!(
+                    "detection unit of the second motor of {axis}: {unit} {}",
+                    unit_of(axis)
+                ),
+            ),
+            8311 => (Fate::Used, format!("second motor of {axis}")),
+            1004 | 1006 | 1013 | 1020 | 1320 | 1321 | 1420 | 1620 | 1660 | 1828 | 1829 | 1852 => (
+                Fate::Ignored,
+                format!("of the second motor of {axis}, taken to be like the first"),
+            ),
+            _ => continue,
+        };
+        draft.row(entry.name(), entry.value, fate, note);
+    }
+    Ok(())
 }
 
 fn take(

@@ -74,18 +74,28 @@ pub(super) fn told(
         config
     });
     for axis in machine.axes() {
-        let Some(mut config) = told.axis(axis.id).map(|axis| axis.config.clone()) else {
-            continue;
-        };
-        let (velocity, acceleration) = limits(axis);
-        let linuxcnc = &mut config.compensation.fixed_linuxcnc;
-        linuxcnc.velocity_units_s = Some(velocity);
-        linuxcnc.acceleration_units_s2 = Some(acceleration);
-        // 100 %, of which a trial takes a part.
-        config.compensation.fixed_mach3.speed_units_s = velocity;
-        told = told.with_axis_config(axis.id, &config);
+        if let Some(config) = told.axis(axis.id).map(|own| with_limits(&own.config, axis)) {
+            told = told.with_axis_config(axis.id, &config);
+        }
+        // The second motor of an axis has the limits of the first.
+        let gantry = told.gantry().filter(|gantry| gantry.axis == axis.id);
+        if let Some(config) = gantry.map(|gantry| with_limits(&gantry.second, axis)) {
+            told = told.with_second_config(&config);
+        }
     }
     told
+}
+
+/// A drive whose compensation is told the limits of its axis.
+fn with_limits(config: &AxisConfig, axis: &MachineAxis) -> AxisConfig {
+    let mut config = config.clone();
+    let (velocity, acceleration) = limits(axis);
+    let linuxcnc = &mut config.compensation.fixed_linuxcnc;
+    linuxcnc.velocity_units_s = Some(velocity);
+    linuxcnc.acceleration_units_s2 = Some(acceleration);
+    // 100 %, of which a trial takes a part.
+    config.compensation.fixed_mach3.speed_units_s = velocity;
+    config
 }
 
 /// Largest speed and acceleration of an axis, mm or deg per s and s2.
@@ -146,4 +156,31 @@ pub(super) fn wind_up_note(told: &Machine, set: &Machine) -> Option<String> {
             parts.join(", ")
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_gcode::Units;
+
+    #[test]
+    fn the_second_motor_of_an_axis_is_told_its_limits() {
+        let machine = Machine::preset("gantry3").unwrap();
+        let counting = Counting {
+            detection_unit_um: 1.0,
+            units: Units::Mm,
+            joints: Vec::new(),
+        };
+        let wanted = RecommendOptions::default();
+        let told = told(&machine, Control::LinuxCnc, &counting, &wanted);
+        let gantry = told.gantry().unwrap();
+        let first = &told.axis(gantry.axis).unwrap().config.compensation;
+        let second = &gantry.second.compensation;
+        assert!(second.fixed_linuxcnc.acceleration_units_s2.is_some());
+        assert_eq!(second.fixed_linuxcnc, first.fixed_linuxcnc);
+        assert_eq!(
+            second.fixed_mach3.speed_units_s,
+            first.fixed_mach3.speed_units_s
+        );
+    }
 }

@@ -9,7 +9,7 @@ use crate::machine::{Machine, Memory};
 use crate::motion::Modes;
 use lostmotion_base::{Clock, threads};
 use lostmotion_contour::ContourTracker;
-use lostmotion_drive::{AxisBatch, AxisOutput, AxisRunner, Learned, Setpoint, TiedAxes};
+use lostmotion_drive::{AxisBatch, AxisOutput, AxisRunner, Heeded, Learned, Setpoint, TiedAxes};
 use lostmotion_methods::{AxisConfig, AxisMemory};
 use lostmotion_plan::Sample;
 use std::collections::VecDeque;
@@ -82,8 +82,11 @@ impl Crew {
             .iter()
             .map(|variant| self.share(*variant))
             .collect();
-        for (share, axis) in shares.into_iter().zip(self.batch.axes_mut()) {
-            axis.heed(share);
+        for (allowed, axis) in shares.into_iter().zip(self.batch.axes_mut()) {
+            axis.heed(Heeded {
+                allowed,
+                others: None,
+            });
         }
     }
 
@@ -197,7 +200,7 @@ impl Crew {
         }
     }
 
-    /// Tells each compensator the least readiness of the other axes of its variant.
+    /// Tells each compensator what the guard allows, and the least readiness of the other axes of its variant.
     fn exchange(&mut self) {
         let ready: Vec<(usize, Option<f64>)> = self
             .variant_of
@@ -209,10 +212,12 @@ impl Crew {
             let variant = self.variant_of[lane];
             let others = ready.iter().enumerate();
             let others = others.filter(|(other, (theirs, _))| *other != lane && *theirs == variant);
-            let least = others.filter_map(|(_, (_, ready))| *ready);
-            least.fold(self.share(variant), f64::min)
+            Heeded {
+                allowed: self.share(variant),
+                others: others.filter_map(|(_, (_, ready))| *ready).reduce(f64::min),
+            }
         };
-        let heeded: Vec<f64> = (0..ready.len()).map(heeded).collect();
+        let heeded: Vec<Heeded> = (0..ready.len()).map(heeded).collect();
         for (heeded, axis) in heeded.into_iter().zip(self.batch.axes_mut()) {
             axis.heed(heeded);
         }

@@ -192,6 +192,41 @@ fn a_gantry_of_a_sinumerik_has_the_gap_of_its_second_axis() {
     assert!(read("archive.txt", &alone).1.gantry().is_none());
 }
 
+/// Axis synchronous control: the axis that follows has a number, a name, an increment and a gap of its own.
+#[test]
+fn an_axis_of_a_fanuc_that_follows_another_is_its_second_motor() {
+    let text = "%\nN01013Q1A1P00000000A2P00000000A3P00000000A4P00000010\nN01020Q1A1P88A2P89A3P90A4P65\nN01320Q1A1P500000A2P400000A3P100000A4P4000000\nN01321Q1A1P-500000A2P-400000A3P-100000A4P-4000000\nN01420Q1A1P24000A2P24000A3P24000A4P24000\nN01851Q1A1P20A2P12A3P10A4P300\nN08311Q1A1P0A2P0A3P0A4P2\n%\n";
+    let (imported, machine) = read("parameters.txt", text);
+    let gantry = machine
+        .gantry()
+        .unwrap_or_else(|| panic!("{}", imported.toml));
+    assert_eq!(gantry.axis, lostmotion_base::AxisId::Y);
+    assert_eq!(gantry.at_mm, [-500.0, 500.0]);
+    assert!((gap_of_y(&machine) - 0.012).abs() < 1e-12);
+    assert!((gantry.second.gap_in_unit() - 0.03).abs() < 1e-12);
+    assert_eq!(gantry.second.compensation.method.name(), "fixed-fanuc");
+    // The follower is no axis of its own, whatever its name.
+    assert_eq!(machine.drives(), ["x", "y", "z", "y2"]);
+    let row = |key: &str| {
+        let mut rows = imported.rows.iter();
+        rows.find(|row| row.key == key)
+            .map(|row| (row.fate, row.note.as_str()))
+    };
+    assert_eq!(row("N8311 A4"), Some((Fate::Used, "second motor of Y")));
+    let like = "of the second motor of Y, taken to be like the first";
+    assert_eq!(row("N1420 A4"), Some((Fate::Ignored, like)));
+    // Where both motors have one gap they are one, and what follows nothing is an axis.
+    let equal = text.replace("A4P300", "A4P120");
+    let (imported, machine) = read("parameters.txt", &equal);
+    assert!(machine.gantry().is_none());
+    assert!(said(&imported).iter().any(|it| it.1.contains("axis Y")));
+    for alone in ["A4P0\n%", "A4P4\n%", "A4P9\n%"] {
+        let text = text.replace("A4P2\n%", alone).replace("A4P65", "A4P86");
+        let (_, machine) = read("parameters.txt", &text);
+        assert_eq!(machine.drives(), ["x", "y", "z", "v"], "{alone}");
+    }
+}
+
 /// Controls that have one gap for an axis, or none, move all of its motors alike.
 #[test]
 fn controls_with_one_gap_an_axis_say_that_its_motors_are_one() {
