@@ -41,6 +41,12 @@ const OFFSET: usize = 7;
 const TIME: usize = 8;
 const COEFFICIENTS: usize = 9;
 
+/// Columns of the law without and with an integral part.
+const LAWS: [[bool; COEFFICIENTS]; 2] = [
+    [true, true, true, false, false, false, false, true, false],
+    [true; COEFFICIENTS],
+];
+
 /// Standard errors by which what tells two laws apart has to be nearer to one of them. A choice: the
 /// quantile of a 95 % interval.
 const APART: f64 = 2.0;
@@ -101,6 +107,25 @@ pub struct ServoLaw {
 /// # Errors
 /// What is missing: no command in the log, no motion.
 pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
+    check_command(log)?;
+    let windows = ServoWindows::new(log, motion);
+    let lag_s = windows
+        .lag(motion.top_speed)
+        .ok_or_else(|| why_no_lag(log))?;
+    let mut gains = ServoGains {
+        lag_s,
+        law: None,
+        untold: Vec::new(),
+    };
+    match fit_law(&windows) {
+        Ok(law) => gains.law = Some(law),
+        Err(why) => gains.untold.push(why),
+    }
+    Ok(gains)
+}
+
+/// Refuses a log without a command, or with one that the motor does not follow.
+fn check_command(log: &BodyLog) -> Result<(), String> {
     if log.command.is_empty() {
         return Err("the log has no command: lag and gains are not told".to_owned());
     }
@@ -110,93 +135,120 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
             "the motor moves {slope:.4} times as far as its command: a sign, a unit, or the command of another axis"
         ));
     }
-    let half = (motion.half / 2).max(2);
-    let error: Vec<f64> = log
-        .command
-        .iter()
-        .zip(&log.motor)
-        .map(|(command, motor)| command - motor)
-        .collect();
-    // The servo sums the error up once a turn: a log that is as fast shows its sums, a slower one their
-    // integral, which is half a turn behind. The log does not tell which: a quarter, with both ends in
-    // the interval.
-    let quarter_turn_s = 0.25 * log.period_s.min(SLOWEST_TURN_S);
-    let integral = integral(&error, log.period_s, quarter_turn_s);
-    let (errors, integrals) = (Averages::new(&error, half), Averages::new(&integral, half));
-    let places = Averages::new(&log.motor, half);
-    let (rates, commanded) = (
-        Rates::new(&log.motor, half, log.period_s),
-        Rates::new(&log.command, half, log.period_s),
-    );
-    let range = half..log.len().saturating_sub(half);
-    let stride = (half / 4).max(1);
-    // The lag: error against speed where both are steady, with what the motor is slower by beside. Without
-    // such rows against the speeds of motor and command, whose parts add up at a steady speed: of a position
-    // loop alone the error goes with the motor's, in strokes that are shorter than the lag, too.
-    let (mut steady, mut moving) = (Squares::<3>::new(log.len()), Squares::<4>::new(log.len()));
-    for at in range.step_by(stride) {
-        if log.touches_lost(at - half..=at + half) {
-            continue;
-        }
-        let (error, asked, speed) = (errors.mean(at), commanded.velocity(at), rates.velocity(at));
-        moving.add(at, [speed, asked, rates.acceleration(at), 1.0], error);
-        let slower = asked - speed;
-        if asked.abs() > FAST_SHARE * motion.top_speed && slower.abs() < STEADY_WITHIN * asked.abs()
-        {
-            steady.add(at, [asked, slower, 1.0], error);
+    Ok(())
+}
+
+/// Why no lag can be told.
+fn why_no_lag(log: &BodyLog) -> String {
+    let moves = log.command.windows(2).any(|pair| pair[0] != pair[1]);
+    let why = if moves {
+        "the command speeds up and slows down too little"
+    } else {
+        "the command does not move"
+    };
+    format!("{why}: lag and gains are not told")
+}
+
+/// What lag and law are fitted to: averages of the log over windows of one length.
+struct ServoWindows<'a> {
+    log: &'a BodyLog,
+    /// Half a window, and what lies between two of them, samples.
+    half: usize,
+    stride: usize,
+    /// Command less motor, m or rad.
+    errors: Averages,
+    /// Its integral, s times that.
+    integrals: Averages,
+    /// By how much later than the log tells the integral is read, s.
+    quarter_turn_s: f64,
+    places: Averages,
+    /// Speed and acceleration of the motor.
+    rates: Rates<'a>,
+    /// The same of the command.
+    commanded: Rates<'a>,
+}
+
+impl<'a> ServoWindows<'a> {
+    fn new(log: &'a BodyLog, motion: &Motion) -> ServoWindows<'a> {
+        let half = (motion.half / 2).max(2);
+        let error: Vec<f64> = log
+            .command
+            .iter()
+            .zip(&log.motor)
+            .map(|(command, motor)| command - motor)
+            .collect();
+        // The servo sums the error up once a turn: a log that is as fast shows its sums, a slower one their
+        // integral, which is half a turn behind. The log does not tell which: a quarter, with both ends in
+        // the interval.
+        let quarter_turn_s = 0.25 * log.period_s.min(SLOWEST_TURN_S);
+        let integral = integral(&error, log.period_s, quarter_turn_s);
+        ServoWindows {
+            log,
+            half,
+            stride: (half / 4).max(1),
+            errors: Averages::new(&error, half),
+            integrals: Averages::new(&integral, half),
+            quarter_turn_s,
+            places: Averages::new(&log.motor, half),
+            rates: Rates::new(&log.motor, half, log.period_s),
+            commanded: Rates::new(&log.command, half, log.period_s),
         }
     }
-    let lag = match steady.solve(&[true; 3]) {
-        Some(found) => {
-            let lag = found.figures[0];
-            Some(lag.widened(STEADY_OFF * lag.value.abs()))
-        }
-        None => moving.solve(&[true; 4]).map(|found| {
-            let both = |x: &[f64; 4]| x[0] + x[1];
-            let lag = jackknife(both(&found.x), found.without.iter().map(both));
-            lag.widened(UNSTEADY_WITHIN * lag.value.abs())
-        }),
-    };
-    let Some(lag) = lag else {
-        let moves = log.command.windows(2).any(|pair| pair[0] != pair[1]);
-        let why = if moves {
-            "the command speeds up and slows down too little"
-        } else {
-            "the command does not move"
-        };
-        return Err(format!("{why}: lag and gains are not told"));
-    };
-    let mut gains = ServoGains {
-        lag_s: lag,
-        law: None,
-        untold: Vec::new(),
-    };
-    if log.drive.is_empty() {
-        gains
-            .untold
-            .push("gains of the loops: log the current or torque, too".to_owned());
-        return Ok(gains);
+
+    /// Middles of the whole windows with so many samples behind them.
+    fn middles(&self, ahead: usize) -> impl Iterator<Item = usize> {
+        let half = self.half;
+        (half..self.log.len().saturating_sub(half + ahead))
+            .step_by(self.stride)
+            .filter(move |&at| !self.log.touches_lost(at - half..=at + half + ahead))
     }
-    let drive = Averages::new(&log.drive, half);
-    let base = log.motor.first().copied().unwrap_or(0.0);
-    // The rows of the law, with a drive signal that is so many seconds late.
-    let rows = |late_s: f64| {
+
+    /// The lag, s: error against speed where both are steady, with what the motor is slower by beside. Without
+    /// such rows against the speeds of motor and command, whose parts add up at a steady speed: of a position
+    /// loop alone the error goes with the motor's, in strokes that are shorter than the lag, too. `None` where
+    /// neither tells it.
+    fn lag(&self, top_speed: f64) -> Option<Figure> {
+        let places = self.log.len();
+        let (mut steady, mut moving) = (Squares::<3>::new(places), Squares::<4>::new(places));
+        for at in self.middles(0) {
+            let error = self.errors.mean(at);
+            let (asked, speed) = (self.commanded.velocity(at), self.rates.velocity(at));
+            moving.add(at, [speed, asked, self.rates.acceleration(at), 1.0], error);
+            let slower = asked - speed;
+            if asked.abs() > FAST_SHARE * top_speed && slower.abs() < STEADY_WITHIN * asked.abs() {
+                steady.add(at, [asked, slower, 1.0], error);
+            }
+        }
+        match steady.solve(&[true; 3]) {
+            Some(found) => {
+                let lag = found.figures[0];
+                Some(lag.widened(STEADY_OFF * lag.value.abs()))
+            }
+            None => moving.solve(&[true; 4]).map(|found| {
+                let both = |x: &[f64; 4]| x[0] + x[1];
+                let lag = jackknife(both(&found.x), found.without.iter().map(both));
+                lag.widened(UNSTEADY_WITHIN * lag.value.abs())
+            }),
+        }
+    }
+
+    /// The rows of the law, with a drive signal that is so many seconds late.
+    fn law_rows(&self, drive: &Averages, late_s: f64) -> Squares<COEFFICIENTS> {
+        let log = self.log;
+        let base = log.motor.first().copied().unwrap_or(0.0);
         let late = late_s / log.period_s;
         let (behind, ahead) = (late.floor() as usize, late.ceil() as usize);
         let share = late - late.floor();
         let mut squares = Squares::<COEFFICIENTS>::new(log.len());
-        for at in (half..log.len().saturating_sub(half + ahead)).step_by(stride) {
-            if log.touches_lost(at - half..=at + half + ahead) {
-                continue;
-            }
+        for at in self.middles(ahead) {
             let mut row = [0.0; COEFFICIENTS];
-            row[ERROR] = errors.mean(at);
-            row[VELOCITY] = rates.velocity(at);
-            row[ACCELERATION] = rates.acceleration(at);
-            row[INTEGRAL] = integrals.mean(at);
-            row[PLACE] = places.mean(at) - base;
-            row[REFERENCE] = commanded.velocity(at);
-            row[REFERENCE_RATE] = commanded.acceleration(at);
+            row[ERROR] = self.errors.mean(at);
+            row[VELOCITY] = self.rates.velocity(at);
+            row[ACCELERATION] = self.rates.acceleration(at);
+            row[INTEGRAL] = self.integrals.mean(at);
+            row[PLACE] = self.places.mean(at) - base;
+            row[REFERENCE] = self.commanded.velocity(at);
+            row[REFERENCE_RATE] = self.commanded.acceleration(at);
             row[OFFSET] = 1.0;
             // Half a count by which an encoder reads short grows in the integral of a long log.
             row[TIME] = at as f64 * log.period_s;
@@ -204,80 +256,33 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
             squares.add(at, row, target);
         }
         squares
-    };
-    let squares = rows(0.0);
-    // Without and with an integral part; a velocity that is fed forward comes with either.
-    let laws = [
-        [true, true, true, false, false, false, false, true, false],
-        [true; COEFFICIENTS],
-    ];
-    let [plain, whole] = laws.map(|used| squares.solve(&used));
-    let has_integral = match (&plain, &whole) {
-        (Some(plain), Some(whole)) => {
-            whole.rms < INTEGRAL_GAIN * plain.rms
-                && whole.figures[INTEGRAL].is_told()
-                && whole.x[INTEGRAL] > 0.0
-        }
-        _ => false,
-    };
-    let Some(found) = (if has_integral { whole } else { plain }) else {
-        gains.untold.push("gains of the loops: error and speed go together; change speed and direction more often".to_owned());
-        return Ok(gains);
-    };
-    let share = found.rms / found.target_rms;
-    let [slow, fast] = [false, true].map(|other| loops(&found.x, other));
-    // Where less or more than the whole speed is fed forward, the place itself tells the two apart.
-    let of_place = |[gain, _, per_time, forward]: [f64; 4]| gain * (forward - 1.0) * per_time;
-    let of_unit = |[gain, _, per_time, _]: [f64; 4]| gain * per_time;
-    let place = found.figures[PLACE];
-    let [near, far] = [slow, fast].map(|law| (of_place(law) - place.value).abs());
-    // So much of the place's term is what a feed-forward that is a little off makes of it.
-    let unsure = FORWARD_WITHIN * (of_unit(slow) - of_unit(fast)).abs();
-    let is_alike = has_integral
-        && fast.iter().all(|value| value.is_finite())
-        && (near - far).abs() < APART * place.error + unsure;
-    let other = if is_alike {
-        slow[1] > fast[1]
-    } else {
-        far < near
-    };
-    let other = other && has_integral && fast[2].is_finite();
-    let [gain, position, per_time, forward] = if other { fast } else { slow };
+    }
+}
+
+/// Fits the law of the drive signal.
+///
+/// # Errors
+/// Why the log does not tell it.
+fn fit_law(windows: &ServoWindows<'_>) -> Result<ServoLaw, String> {
+    if windows.log.drive.is_empty() {
+        return Err("gains of the loops: log the current or torque, too".to_owned());
+    }
+    let fit = LawFit::new(windows).ok_or(
+        "gains of the loops: error and speed go together; change speed and direction more often",
+    )?;
+    let share = fit.residual_share();
+    let pair = fit.pair();
+    let [gain, position, per_time, forward] = fit.loops(pair.other);
     if !(share < LAW_SHARE && gain > 0.0 && position > 0.0 && per_time >= 0.0) {
-        gains.untold.push(format!(
+        return Err(format!(
             "gains of the loops: a position and velocity loop leaves {:.0} % of the drive signal unexplained; the current may be filtered, limited, or of another law",
             100.0 * share
         ));
-        return Ok(gains);
     }
-    let delay_s = (found.x[ACCELERATION] / gain).max(0.0);
-    let figure = |value: f64, fit: &SquaresFit<COEFFICIENTS>, at: usize| {
-        jackknife(value, fit.without.iter().map(|x| loops(x, other)[at]))
-    };
-    let values = [gain, position, per_time];
-    let mut figures: [Figure; 3] = std::array::from_fn(|at| figure(values[at], &found, at));
-    // The other end: all of the delay is the drive signal's.
-    let late = rows(delay_s).solve(&laws[usize::from(has_integral)]);
-    if let Some(late) = late.filter(|_| delay_s > 0.0) {
-        let of_late = loops(&late.x, other);
-        for (at, figure_of) in figures.iter_mut().enumerate() {
-            *figure_of = figure_of.joined(figure(of_late[at], &late, at));
-        }
-    }
-    // What the law does not explain may stand in any of its terms, and the sums of the error are those of
-    // some turn. Where the two pairs are nearly one, both are within that.
-    let off = share.min(MODEL_WITHIN);
-    let of_turn = (found.x[INTEGRAL] * quarter_turn_s / found.x[ERROR]).abs();
-    let [ends, others] =
-        [other, !other].map(|other| spread(&found.x, [off + of_turn, 2.0 * off], other));
-    let is_one = has_integral && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
-    for (at, figure) in figures.iter_mut().enumerate().skip(1) {
-        let [low, high] = ends[at];
-        let interval = if is_one {
-            [low.min(others[at][0]), high.max(others[at][1])]
-        } else {
-            [low, high]
-        };
+    let delay_s = (fit.found.x[ACCELERATION] / gain).max(0.0);
+    let mut figures = fit.figures(pair.other, delay_s);
+    let (bounds, is_one) = fit.bounds(pair.other);
+    for (figure, interval) in figures.iter_mut().zip(bounds).skip(1) {
         *figure = figure.joined(Figure {
             interval,
             ..*figure
@@ -285,22 +290,136 @@ pub fn fit_servo(log: &BodyLog, motion: &Motion) -> Result<ServoGains, String> {
     }
     let [velocity_gain, position_gain, per_time] = figures;
     let velocity_gain = velocity_gain.widened(GAIN_WITHIN * velocity_gain.value);
-    let [_, alike_gain, alike_rate, _] = if other { slow } else { fast };
     if !(position_gain.is_told() && velocity_gain.is_told()) {
-        gains.untold.push("gains of the loops: error and speed go together in most of the log; change speed and direction more often".to_owned());
-        return Ok(gains);
+        return Err("gains of the loops: error and speed go together in most of the log; change speed and direction more often".to_owned());
     }
-    gains.law = Some(ServoLaw {
+    let [_, alike_gain, alike_rate, _] = fit.loops(!pair.other);
+    Ok(ServoLaw {
         position_gain_per_s: position_gain,
         velocity_gain,
         delay_s,
         integral_time_s: (per_time.value > 0.0).then(|| reciprocal(per_time)),
-        alike: (is_alike && !is_one).then(|| [alike_gain, 1.0 / alike_rate]),
+        alike: (pair.is_alike && !is_one).then(|| [alike_gain, 1.0 / alike_rate]),
         feedforward: forward,
-        offset: found.x[OFFSET],
+        offset: fit.found.x[OFFSET],
         residual_share: share,
-    });
-    Ok(gains)
+    })
+}
+
+/// Coefficients of the law that explains the drive signal.
+struct LawFit<'a> {
+    windows: &'a ServoWindows<'a>,
+    drive: Averages,
+    found: SquaresFit<COEFFICIENTS>,
+    /// Whether the law has an integral part.
+    has_integral: bool,
+}
+
+/// Which of the two pairs of position gain and integral time is the servo's: see [`loops`].
+struct LawPair {
+    /// The one with the larger `1/T`.
+    other: bool,
+    /// The log does not tell.
+    is_alike: bool,
+}
+
+impl<'a> LawFit<'a> {
+    /// Fits the law without and with an integral part, and takes the latter where it explains much more. `None`
+    /// where the rows do not tell the coefficients.
+    fn new(windows: &'a ServoWindows<'a>) -> Option<LawFit<'a>> {
+        let drive = Averages::new(&windows.log.drive, windows.half);
+        let squares = windows.law_rows(&drive, 0.0);
+        let [plain, whole] = LAWS.map(|used| squares.solve(&used));
+        let has_integral = match (&plain, &whole) {
+            (Some(plain), Some(whole)) => {
+                whole.rms < INTEGRAL_GAIN * plain.rms
+                    && whole.figures[INTEGRAL].is_told()
+                    && whole.x[INTEGRAL] > 0.0
+            }
+            _ => false,
+        };
+        Some(LawFit {
+            windows,
+            drive,
+            found: (if has_integral { whole } else { plain })?,
+            has_integral,
+        })
+    }
+
+    /// Residual over drive signal, root mean squares.
+    fn residual_share(&self) -> f64 {
+        self.found.rms / self.found.target_rms
+    }
+
+    /// What the coefficients mean: see [`loops`].
+    fn loops(&self, other: bool) -> [f64; 4] {
+        loops(&self.found.x, other)
+    }
+
+    /// Chooses the pair: where less or more than the whole speed is fed forward, the place itself tells the two
+    /// apart.
+    fn pair(&self) -> LawPair {
+        let [slow, fast] = [false, true].map(|other| self.loops(other));
+        let of_place = |[gain, _, per_time, forward]: [f64; 4]| gain * (forward - 1.0) * per_time;
+        let of_unit = |[gain, _, per_time, _]: [f64; 4]| gain * per_time;
+        let place = self.found.figures[PLACE];
+        let [near, far] = [slow, fast].map(|law| (of_place(law) - place.value).abs());
+        // So much of the place's term is what a feed-forward that is a little off makes of it.
+        let unsure = FORWARD_WITHIN * (of_unit(slow) - of_unit(fast)).abs();
+        let is_alike = self.has_integral
+            && fast.iter().all(|value| value.is_finite())
+            && (near - far).abs() < APART * place.error + unsure;
+        let other = if is_alike {
+            slow[1] > fast[1]
+        } else {
+            far < near
+        };
+        LawPair {
+            other: other && self.has_integral && fast[2].is_finite(),
+            is_alike,
+        }
+    }
+
+    /// Velocity gain, position gain and `1/T` by the scatter between blocks. The intervals hold what the log
+    /// tells with a measured velocity of this age, s, and with a drive signal that is as late.
+    fn figures(&self, other: bool, delay_s: f64) -> [Figure; 3] {
+        let of_fit = |fit: &SquaresFit<COEFFICIENTS>| {
+            let values = loops(&fit.x, other);
+            let figure =
+                |at: usize| jackknife(values[at], fit.without.iter().map(|x| loops(x, other)[at]));
+            std::array::from_fn(figure)
+        };
+        let figures: [Figure; 3] = of_fit(&self.found);
+        let used = &LAWS[usize::from(self.has_integral)];
+        let late = self.windows.law_rows(&self.drive, delay_s).solve(used);
+        match late.filter(|_| delay_s > 0.0) {
+            Some(late) => {
+                let of_late = of_fit(&late);
+                std::array::from_fn(|at| figures[at].joined(of_late[at]))
+            }
+            None => figures,
+        }
+    }
+
+    /// Velocity gain, position gain, `1/T` and feed-forward, each at least and at most, and whether the two pairs
+    /// are nearly one: what the law does not explain may stand in any of its terms, and the sums of the error are
+    /// those of some turn. Where the two pairs are nearly one, both are within that.
+    fn bounds(&self, other: bool) -> ([[f64; 2]; 4], bool) {
+        let x = &self.found.x;
+        let off = self.residual_share().min(MODEL_WITHIN);
+        let of_turn = (x[INTEGRAL] * self.windows.quarter_turn_s / x[ERROR]).abs();
+        let [ends, others] =
+            [other, !other].map(|other| spread(x, [off + of_turn, 2.0 * off], other));
+        let is_one = self.has_integral && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
+        if !is_one {
+            return (ends, is_one);
+        }
+        let both = |at: usize| {
+            let ([low, high], [lower, higher]) = (ends[at], others[at]);
+            [low.min(lower), high.max(higher)]
+        };
+        (std::array::from_fn(both), is_one)
+    }
 }
 
 /// How far a motor moves for its command, by least squares, at the lag of a position loop with which the two
