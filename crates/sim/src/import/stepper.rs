@@ -18,7 +18,7 @@
 //! What no configuration of a control tells (motor, mass, friction, stiffness, gap) is a guess of
 //! its class, and listed as one.
 
-use super::draft::{DraftAxis, Fate, MachineSize, Row, StepperDraft, float};
+use super::draft::{DraftAxis, Fate, MachineSize, Row, StepperDraft, Told, float};
 use lostmotion_base::math;
 use std::f64::consts::{SQRT_2, TAU};
 use std::fmt::Write;
@@ -206,213 +206,374 @@ fn turn(stepper: &StepperDraft, rotary: bool) -> Turn {
     }
 }
 
-/// The axis' sections behind its limits: `velocity` and `acceleration` are those of the limits, in
-/// mm or deg and s.
+/// The axis' sections behind its limits, which are velocity and acceleration, mm or deg and s.
 pub(super) fn drive(
     axis: &DraftAxis,
     stepper: &StepperDraft,
     size: MachineSize,
-    [velocity, acceleration]: [f64; 2],
+    limits: [f64; 2],
     out: &mut String,
     rows: &mut Vec<Row>,
 ) {
-    let letter = axis.id.letter().to_ascii_lowercase();
-    let mut guess = |key: &str, value: String, note: &str| {
-        rows.push(Row {
-            key: format!("axis.{letter}.{key}"),
+    let motor = SetMotor::new(stepper, size, axis.rotary);
+    let load = GuessedLoad::new(&motor, size, axis.rotary, limits);
+    let spring = RotorSpring::new(&motor, &load);
+    let mut sections = Sections {
+        axis,
+        letter: axis.id.letter().to_ascii_lowercase(),
+        out,
+        rows,
+    };
+    sections.guess_motor(&motor);
+    let supply_v = sections.guess_supply(&motor, &load, limits);
+    sections.transmission(&motor.turn);
+    sections.motor(&motor);
+    sections.load(&load);
+    sections.gap();
+    sections.gains(&motor, &spring, supply_v);
+    sections.monitoring(&motor.turn, limits);
+}
+
+/// The motor of an axis: its class, a guess, with the current and the microsteps that are set.
+struct SetMotor<'a> {
+    turn: Turn,
+    class: &'static MotorClass,
+    /// Torque constant, N m/A.
+    constant: f64,
+    /// The amplitude of the current where the file tells it.
+    told_peak: Option<&'a Told>,
+    /// Amplitude of the current, A.
+    peak_a: f64,
+    /// Holding torque at that current, N m.
+    pull_out: f64,
+    poles: f64,
+}
+
+impl<'a> SetMotor<'a> {
+    fn new(stepper: &'a StepperDraft, size: MachineSize, rotary: bool) -> SetMotor<'a> {
+        let turn = turn(stepper, rotary);
+        let peak = stepper.peak_current_a.as_ref();
+        let class = match (peak, size) {
+            (Some(peak), _) if peak.value >= LARGE_FROM_A => &LARGE,
+            (None, MachineSize::Router) => &LARGE,
+            _ => &SMALL,
+        };
+        // Both phases at the rated current are a vector sqrt 2 times as long.
+        let constant = class.holding_nm / (SQRT_2 * class.rated_a);
+        let peak_a = peak.map_or(SQRT_2 * class.rated_a, |peak| peak.value);
+        SetMotor {
+            class,
+            constant,
+            told_peak: peak,
+            peak_a,
+            pull_out: constant * peak_a,
+            poles: 2.0 * (turn.full_steps / 4.0).round().max(1.0),
+            turn,
+        }
+    }
+
+    /// Radians of the motor for a mm or deg.
+    fn per_unit(&self) -> f64 {
+        TAU / self.turn.units
+    }
+}
+
+/// The load that is guessed: what is typical, or less where the machine could not run as it is set.
+struct GuessedLoad {
+    /// kg, or kg m2 of a table.
+    inertia: f64,
+    /// N, or N m of a table.
+    friction: f64,
+    /// N/um, or N m/rad of a table.
+    stiffness: f64,
+    is_belt: bool,
+    /// Travel for a radian of the motor, m, or rad of a table.
+    metres_per_rad: f64,
+    /// Inertia of rotor and load at the motor, kg m2.
+    at_motor: f64,
+}
+
+impl GuessedLoad {
+    fn new(
+        motor: &SetMotor<'_>,
+        size: MachineSize,
+        rotary: bool,
+        [_, acceleration]: [f64; 2],
+    ) -> GuessedLoad {
+        let (class, turn) = (motor.class, &motor.turn);
+        let typical = match size {
+            MachineSize::Printer => &PRINTER,
+            MachineSize::Router => &ROUTER,
+        };
+        let angle = if rotary { 360.0 } else { TAU };
+        let metres_per_rad = turn.units / angle * if rotary { 1.0 } else { 1e-3 };
+        let spare = (TORQUE_FOR_ACCELERATION * motor.pull_out / (acceleration * motor.per_unit())
+            - class.inertia_kgm2)
+            .max(0.1 * class.inertia_kgm2);
+        let reflected = |load: f64| load * metres_per_rad * metres_per_rad;
+        let (usual_load, usual_friction) = if rotary {
+            (TABLE_KGM2, TABLE_FRICTION_NM)
+        } else {
+            (typical.mass_kg, typical.friction_n)
+        };
+        let most = spare.min(LOAD_RATIO * class.inertia_kgm2);
+        let load = usual_load.min(most / reflected(1.0));
+        let is_belt = !rotary && turn.units >= BELT_MM;
+        let stiffness = match (rotary, is_belt) {
+            (true, _) => TABLE_NM_PER_RAD,
+            (false, true) => typical.belt_n_per_um,
+            (false, false) => typical.screw_n_per_um,
+        };
+        let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ
+            / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
+            / reflected(if rotary { 1.0 } else { 1e6 });
+        GuessedLoad {
+            inertia: load,
+            friction: usual_friction.min(TORQUE_FOR_FRICTION * motor.pull_out / metres_per_rad),
+            stiffness: stiffness.min(rigid),
+            is_belt,
+            metres_per_rad,
+            at_motor: class.inertia_kgm2 + reflected(load),
+        }
+    }
+}
+
+/// The rotor on the field of its phases: see the head of the file.
+struct RotorSpring {
+    /// Torque for an angle, N m/rad.
+    stiffness: f64,
+    /// Own frequency with the load, rad/s.
+    own: f64,
+    /// Torque for a speed, N m s/rad.
+    damping: f64,
+}
+
+impl RotorSpring {
+    fn new(motor: &SetMotor<'_>, load: &GuessedLoad) -> RotorSpring {
+        let stiffness = 0.5 * motor.poles * motor.pull_out;
+        let own = (stiffness / load.at_motor).sqrt();
+        let damping = (2.0 * DAMPING * own * load.at_motor)
+            .min(MOST_DAMPING_PER_S * motor.class.inertia_kgm2);
+        RotorSpring {
+            stiffness,
+            own,
+            damping,
+        }
+    }
+}
+
+/// The axis' sections in the machine file, and the guesses of them in the report.
+struct Sections<'a> {
+    axis: &'a DraftAxis,
+    letter: char,
+    out: &'a mut String,
+    rows: &'a mut Vec<Row>,
+}
+
+impl Sections<'_> {
+    /// Lists a guess in the report.
+    fn guess(&mut self, key: &str, value: String, note: &str) {
+        self.rows.push(Row {
+            key: format!("axis.{}.{key}", self.letter),
             value,
             fate: Fate::Guessed,
             note: note.to_owned(),
         });
-    };
-    let turn = turn(stepper, axis.rotary);
-    if let Some(what) = &turn.guess {
-        guess(
-            "transmission",
-            what.clone(),
-            "read the driver's switches and the screw: together they give the steps",
-        );
-    }
-    let peak = stepper.peak_current_a.as_ref();
-    let class = match (peak, size) {
-        (Some(peak), _) if peak.value >= LARGE_FROM_A => &LARGE,
-        (None, MachineSize::Router) => &LARGE,
-        _ => &SMALL,
-    };
-    // Both phases at the rated current are a vector sqrt 2 times as long.
-    let constant = class.holding_nm / (SQRT_2 * class.rated_a);
-    let peak_a = peak.map_or(SQRT_2 * class.rated_a, |peak| peak.value);
-    let pull_out = constant * peak_a;
-    let poles = 2.0 * (turn.full_steps / 4.0).round().max(1.0);
-    guess(
-        "motor",
-        class.name.to_owned(),
-        "the motor's plate tells torque and current",
-    );
-    if peak.is_none() {
-        guess(
-            "drive.current_limit_a",
-            float(peak_a),
-            "the motor's rated current: the driver's setting is not told",
-        );
     }
 
-    // The load: what is typical, or less where the machine could not run as it is set.
-    let typical = match size {
-        MachineSize::Printer => &PRINTER,
-        MachineSize::Router => &ROUTER,
-    };
-    let angle = if axis.rotary { 360.0 } else { TAU };
-    // Motor radians for a mm or deg, and per m or rad.
-    let motor_per_unit = TAU / turn.units;
-    let metres_per_rad = turn.units / angle * if axis.rotary { 1.0 } else { 1e-3 };
-    let spare = (TORQUE_FOR_ACCELERATION * pull_out / (acceleration * motor_per_unit)
-        - class.inertia_kgm2)
-        .max(0.1 * class.inertia_kgm2);
-    let reflected = |load: f64| load * metres_per_rad * metres_per_rad;
-    let (usual_load, usual_friction) = if axis.rotary {
-        (TABLE_KGM2, TABLE_FRICTION_NM)
-    } else {
-        (typical.mass_kg, typical.friction_n)
-    };
-    let most = spare.min(LOAD_RATIO * class.inertia_kgm2);
-    let load = usual_load.min(most / reflected(1.0));
-    let friction = usual_friction.min(TORQUE_FOR_FRICTION * pull_out / metres_per_rad);
-    let is_belt = !axis.rotary && turn.units >= BELT_MM;
-    let stiffness = match (axis.rotary, is_belt) {
-        (true, _) => TABLE_NM_PER_RAD,
-        (false, true) => typical.belt_n_per_um,
-        (false, false) => typical.screw_n_per_um,
-    };
-    let rigid = TAU * RIGID_HZ * TAU * RIGID_HZ
-        / (1.0 / class.inertia_kgm2 + 1.0 / reflected(load))
-        / reflected(if axis.rotary { 1.0 } else { 1e6 });
-    let stiffness = stiffness.min(rigid);
-    let inertia = class.inertia_kgm2 + reflected(load);
-    let spring = 0.5 * poles * pull_out;
-    let own = (spring / inertia).sqrt();
-    let damping = (2.0 * DAMPING * own * inertia).min(MOST_DAMPING_PER_S * class.inertia_kgm2);
+    /// Writes lines of the machine file.
+    fn line(&mut self, text: &str) {
+        let _ = writeln!(self.out, "{text}");
+    }
 
-    // The supply: what the class has, or what the told speed needs.
-    let speed = velocity * motor_per_unit;
-    let torque = inertia * acceleration * motor_per_unit + friction * metres_per_rad;
-    let current = torque / constant;
-    let needed = math::hypot(
-        constant * speed + class.phase_ohm * current,
-        0.5 * poles * speed * class.phase_h * current,
-    );
-    let supply = class.supply_v.max((SUPPLY_ROOM * needed).ceil());
-    let supply_note = if supply > class.supply_v {
-        "the told speed needs it here: drivers get there with less by weakening the field, which is not modelled"
-    } else {
-        "as the driver's supply says"
-    };
-    guess("drive", format!("supply of {supply} V"), supply_note);
+    /// Lists what of the motor and its turn is not told.
+    fn guess_motor(&mut self, motor: &SetMotor<'_>) {
+        if let Some(what) = &motor.turn.guess {
+            self.guess(
+                "transmission",
+                what.clone(),
+                "read the driver's switches and the screw: together they give the steps",
+            );
+        }
+        self.guess(
+            "motor",
+            motor.class.name.to_owned(),
+            "the motor's plate tells torque and current",
+        );
+        if motor.told_peak.is_none() {
+            self.guess(
+                "drive.current_limit_a",
+                float(motor.peak_a),
+                "the motor's rated current: the driver's setting is not told",
+            );
+        }
+    }
 
-    let mut line = |text: String| {
-        let _ = writeln!(out, "{text}");
-    };
-    if axis.rotary {
-        line(format!(
-            "\n[axis.{letter}.transmission.rotary]\ngear = {} # {}\nunit = \"deg\"",
-            float(360.0 / turn.units),
-            turn.told
-        ));
-    } else {
-        line(format!(
-            "\n[axis.{letter}.transmission.linear]\nlead_mm = {} # {}",
-            float(turn.units),
-            turn.told
+    /// The supply, V: what the class has, or what the told speed needs. Lists it.
+    fn guess_supply(
+        &mut self,
+        motor: &SetMotor<'_>,
+        load: &GuessedLoad,
+        [velocity, acceleration]: [f64; 2],
+    ) -> f64 {
+        let class = motor.class;
+        let speed = velocity * motor.per_unit();
+        let torque =
+            load.at_motor * acceleration * motor.per_unit() + load.friction * load.metres_per_rad;
+        let current = torque / motor.constant;
+        let needed = math::hypot(
+            motor.constant * speed + class.phase_ohm * current,
+            0.5 * motor.poles * speed * class.phase_h * current,
+        );
+        let supply = class.supply_v.max((SUPPLY_ROOM * needed).ceil());
+        let note = if supply > class.supply_v {
+            "the told speed needs it here: drivers get there with less by weakening the field, which is not modelled"
+        } else {
+            "as the driver's supply says"
+        };
+        self.guess("drive", format!("supply of {supply} V"), note);
+        supply
+    }
+
+    /// Writes the transmission.
+    fn transmission(&mut self, turn: &Turn) {
+        let letter = self.letter;
+        let text = if self.axis.rotary {
+            format!(
+                "\n[axis.{letter}.transmission.rotary]\ngear = {} # {}\nunit = \"deg\"",
+                float(360.0 / turn.units),
+                turn.told
+            )
+        } else {
+            format!(
+                "\n[axis.{letter}.transmission.linear]\nlead_mm = {} # {}",
+                float(turn.units),
+                turn.told
+            )
+        };
+        self.line(&text);
+    }
+
+    /// Writes the motor, a phase's values brought to the frame of a drive.
+    fn motor(&mut self, motor: &SetMotor<'_>) {
+        let class = motor.class;
+        self.line(&format!(
+            "\n# stepper, open loop, {} full steps of a turn; guess: {}. A phase's values, times 4/3 for the frame of a drive\n[axis.{}.motor]\nresistance_ohm = {}\ninductance_h = {}\npoles = {}\ninertia_kgm2 = {:?}\ntorque_constant_nm_per_a = {}\nrated_torque_nm = {}\ncoulomb_nm = {}",
+            motor.turn.full_steps,
+            class.name,
+            self.letter,
+            float(class.phase_ohm * 4.0 / 3.0),
+            float(class.phase_h * 4.0 / 3.0),
+            motor.poles,
+            class.inertia_kgm2,
+            float(motor.constant),
+            float(class.holding_nm),
+            float(0.02 * class.holding_nm),
         ));
     }
-    line(format!(
-        "\n# stepper, open loop, {} full steps of a turn; guess: {}. A phase's values, times 4/3 for the frame of a drive\n[axis.{letter}.motor]\nresistance_ohm = {}\ninductance_h = {}\npoles = {poles}\ninertia_kgm2 = {:?}\ntorque_constant_nm_per_a = {}\nrated_torque_nm = {}\ncoulomb_nm = {}",
-        turn.full_steps,
-        class.name,
-        float(class.phase_ohm * 4.0 / 3.0),
-        float(class.phase_h * 4.0 / 3.0),
-        class.inertia_kgm2,
-        float(constant),
-        float(class.holding_nm),
-        float(0.02 * class.holding_nm),
-    ));
-    let gap = axis.gap.as_ref();
-    let gap_from = gap.map_or("guess", |gap| gap.from.as_str());
-    let gap_units = gap.map_or(GAP_UNITS, |gap| gap.value);
-    if axis.rotary {
-        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * load).sqrt();
-        line(format!(
-            "\n# guesses\n[axis.{letter}.load.table]\ninertia_kgm2 = {load:?}\ncoulomb_nm = {}\nstiffness_nm_per_rad = {}\ndamping_nm_s_per_rad = {}\ngap_mdeg = {} # {gap_from}",
-            float(friction),
-            float(stiffness),
-            float(own_damping),
-            float(gap_units * 1e3),
-        ));
-        guess(
-            "load.table",
-            format!("{load:.3} kg m2, {friction:.2} N m of friction"),
-            "of small worm tables",
-        );
-    } else {
-        // N s/m, written as N s/mm.
-        let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * 1e6 * load).sqrt() * 1e-3;
-        line(format!(
-            "\n# guesses\n[axis.{letter}.load.slide]\nmass_kg = {}\ncoulomb_n = {}\nstiffness_n_per_um = {}\ndamping_n_s_per_mm = {}\ngap_um = {} # {gap_from}",
-            float(load),
-            float(friction),
-            float(stiffness),
-            float(own_damping),
-            float(gap_units * 1e3),
-        ));
-        let by = if is_belt { "belt or rack" } else { "screw" };
-        guess(
-            "load.slide",
-            format!("{load:.2} kg, {friction:.1} N of friction, {stiffness:.3} N/um"),
-            &format!("a {by}, by the travel of a turn; weigh it, and pull it by a spring balance"),
-        );
+
+    /// The gap, mm or deg, and where it is told.
+    fn told_gap(&self) -> (f64, &str) {
+        let gap = self.axis.gap.as_ref();
+        gap.map_or((GAP_UNITS, "guess"), |gap| (gap.value, gap.from.as_str()))
     }
-    if gap.is_none() {
-        guess(
-            &format!(
-                "load.{}",
-                if axis.rotary {
-                    "table.gap_mdeg"
-                } else {
-                    "slide.gap_um"
-                }
+
+    /// Writes the load with its gap, and lists it.
+    fn load(&mut self, load: &GuessedLoad) {
+        let letter = self.letter;
+        let (gap_units, gap_from) = self.told_gap();
+        let (inertia, friction, stiffness) = (load.inertia, load.friction, load.stiffness);
+        if self.axis.rotary {
+            let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * inertia).sqrt();
+            let text = format!(
+                "\n# guesses\n[axis.{letter}.load.table]\ninertia_kgm2 = {inertia:?}\ncoulomb_nm = {}\nstiffness_nm_per_rad = {}\ndamping_nm_s_per_rad = {}\ngap_mdeg = {} # {gap_from}",
+                float(friction),
+                float(stiffness),
+                float(own_damping),
+                float(gap_units * 1e3),
+            );
+            self.line(&text);
+            self.guess(
+                "load.table",
+                format!("{inertia:.3} kg m2, {friction:.2} N m of friction"),
+                "of small worm tables",
+            );
+        } else {
+            // N s/m, written as N s/mm.
+            let own_damping = 2.0 * SLIDE_DAMPING * (stiffness * 1e6 * inertia).sqrt() * 1e-3;
+            let text = format!(
+                "\n# guesses\n[axis.{letter}.load.slide]\nmass_kg = {}\ncoulomb_n = {}\nstiffness_n_per_um = {}\ndamping_n_s_per_mm = {}\ngap_um = {} # {gap_from}",
+                float(inertia),
+                float(friction),
+                float(stiffness),
+                float(own_damping),
+                float(gap_units * 1e3),
+            );
+            self.line(&text);
+            let by = if load.is_belt {
+                "belt or rack"
+            } else {
+                "screw"
+            };
+            self.guess(
+                "load.slide",
+                format!("{inertia:.2} kg, {friction:.1} N of friction, {stiffness:.3} N/um"),
+                &format!(
+                    "a {by}, by the travel of a turn; weigh it, and pull it by a spring balance"
+                ),
+            );
+        }
+    }
+
+    /// Lists the gap where none is told.
+    fn gap(&mut self) {
+        if self.axis.gap.is_some() {
+            return;
+        }
+        let key = if self.axis.rotary {
+            "load.table.gap_mdeg"
+        } else {
+            "load.slide.gap_um"
+        };
+        self.guess(key, float(GAP_UNITS * 1e3), "measure it with a dial gauge");
+    }
+
+    /// Writes the gains of the rotor on its spring, and the margins that it has by nature.
+    fn gains(&mut self, motor: &SetMotor<'_>, spring: &RotorSpring, supply_v: f64) {
+        let (letter, class, turn) = (self.letter, motor.class, &motor.turn);
+        self.line(&format!(
+            "\n# a rotor on the field of its phases: {:.3} N m at the most (pull-out), {:.0} Hz\n[axis.{letter}.drive]\ncurrent_gain_v_per_a = {}\ncurrent_time_s = {}\nvelocity_gain_a_s_per_rad = {:?}\nvelocity_time_s = {NO_INTEGRAL_S:?}\nposition_gain_per_s = {}\nvelocity_feedforward = 1.0\nacceleration_feedforward = 0.0\ncurrent_limit_a = {}{}\nbus_voltage_v = {}\nencoder_counts_per_rev = {} # microsteps of a turn",
+            motor.pull_out,
+            spring.own / TAU,
+            float(class.phase_h * 2.0 / 3.0 * TAU * CURRENT_HZ),
+            float(class.phase_h / class.phase_ohm),
+            spring.damping / motor.constant,
+            float(spring.stiffness / spring.damping),
+            float(motor.peak_a),
+            motor.told_peak.map_or_else(
+                || " # guess: rated".to_owned(),
+                |peak| format!(" # {}", peak.from)
             ),
-            float(gap_units * 1e3),
-            "measure it with a dial gauge",
-        );
+            float(supply_v * 2.0 / 3.0_f64.sqrt()),
+            (turn.full_steps * turn.microsteps).round().max(16.0),
+        ));
+        self.line(&format!(
+            "\n# a rotor on its field swings by nature\n[axis.{letter}.drive.least_margins]\nphase_deg = {LEAST_PHASE_DEG:?}\ngain_db = {LEAST_GAIN_DB:?}"
+        ));
     }
-    // The gains of the rotor on its spring: see the head of the file.
-    line(format!(
-        "\n# a rotor on the field of its phases: {:.3} N m at the most (pull-out), {:.0} Hz\n[axis.{letter}.drive]\ncurrent_gain_v_per_a = {}\ncurrent_time_s = {}\nvelocity_gain_a_s_per_rad = {:?}\nvelocity_time_s = {NO_INTEGRAL_S:?}\nposition_gain_per_s = {}\nvelocity_feedforward = 1.0\nacceleration_feedforward = 0.0\ncurrent_limit_a = {}{}\nbus_voltage_v = {}\nencoder_counts_per_rev = {} # microsteps of a turn",
-        pull_out,
-        own / TAU,
-        float(class.phase_h * 2.0 / 3.0 * TAU * CURRENT_HZ),
-        float(class.phase_h / class.phase_ohm),
-        damping / constant,
-        float(spring / damping),
-        float(peak_a),
-        peak.map_or_else(
-            || " # guess: rated".to_owned(),
-            |peak| format!(" # {}", peak.from)
-        ),
-        float(supply * 2.0 / 3.0_f64.sqrt()),
-        (turn.full_steps * turn.microsteps).round().max(16.0),
-    ));
-    line(format!(
-        "\n# a rotor on its field swings by nature\n[axis.{letter}.drive.least_margins]\nphase_deg = {LEAST_PHASE_DEG:?}\ngain_db = {LEAST_GAIN_DB:?}"
-    ));
-    // Beyond a full step the rotor falls into the next: lost. The command's way of one cycle of
-    // 1 ms is no error of the rotor.
-    let step = turn.units / turn.full_steps;
-    line(format!(
-        "\n# beyond a full step, {} {}, the motor loses steps\n[axis.{letter}.monitoring]\nfollowing_error_units = {}\nstandstill_error_units = {}\ncontinuous_current_a = 0.0\nat_limit_s = 0.0",
-        float(step),
-        if axis.rotary { "deg" } else { "mm" },
-        float(step + 1e-3 * velocity),
-        float(step),
-    ));
+
+    /// Writes when the machine stops: beyond a full step the rotor falls into the next, which is lost. The
+    /// command's way of one cycle of 1 ms is no error of the rotor.
+    fn monitoring(&mut self, turn: &Turn, [velocity, _]: [f64; 2]) {
+        let step = turn.units / turn.full_steps;
+        let text = format!(
+            "\n# beyond a full step, {} {}, the motor loses steps\n[axis.{}.monitoring]\nfollowing_error_units = {}\nstandstill_error_units = {}\ncontinuous_current_a = 0.0\nat_limit_s = 0.0",
+            float(step),
+            if self.axis.rotary { "deg" } else { "mm" },
+            self.letter,
+            float(step + 1e-3 * velocity),
+            float(step),
+        );
+        self.line(&text);
+    }
 }
