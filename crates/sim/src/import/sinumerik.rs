@@ -146,53 +146,124 @@ struct AxisName {
 
 /// Reads the archive.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
-    let mut draft = Draft::new("Sinumerik");
-    draft.dialect = Some("siemens");
-    draft.control = Some(Control::Siemens);
-    let (mut data, mut wrong) = (Vec::new(), Wrong::default());
-    for (index, line) in text.lines().enumerate() {
-        match datum(index + 1, line) {
-            Ok(Some(found)) => data.push(found),
-            Ok(None) => {
-                let told = line.split(';').next().unwrap_or_default().trim();
-                let is_frame = FRAME.iter().any(|it| told.starts_with(it));
-                if !told.is_empty() && !is_frame {
-                    draft.row(
-                        format!("line {}", index + 1),
-                        told,
-                        Fate::Ignored,
-                        "no machine data",
-                    );
-                }
-            }
-            Err(found) => {
-                let own = line.split(['$', '[', '=']).nth(1).unwrap_or_default();
-                wrong.note(&mut draft, (own.trim(), line.trim()), found);
-            }
+    let mut reading = Reading::new();
+    let data = reading.data(text);
+    reading.check_end(text);
+    let archive = reading.archive(data);
+    for datum in &archive.data {
+        reading.take_over(&archive, datum);
+    }
+    reading.list_guesses();
+    reading.finish(&archive)
+}
+
+/// The data of an archive, and what they say of its axes as a whole. Axes are those that an index names.
+struct Archive<'a> {
+    data: Vec<Datum<'a>>,
+    names: Vec<AxisName>,
+    /// Axes that are spindles, and so none here.
+    spindles: BTreeSet<&'a str>,
+    /// Axes that turn.
+    turning: BTreeSet<&'a str>,
+    /// Axes that follow another in a gantry, and which.
+    gantries: BTreeMap<&'a str, AxisId>,
+}
+
+/// What is read so far of an archive.
+struct Reading {
+    draft: Draft,
+    wrong: Wrong,
+    /// Axes that are told by their number, as the archive names them.
+    guessed: Vec<(String, AxisId)>,
+    /// Data whose unit is a guess, and the unit.
+    units: BTreeSet<(&'static str, &'static str)>,
+}
+
+impl Reading {
+    fn new() -> Reading {
+        let mut draft = Draft::new("Sinumerik");
+        draft.dialect = Some("siemens");
+        draft.control = Some(Control::Siemens);
+        Reading {
+            draft,
+            wrong: Wrong::default(),
+            guessed: Vec::new(),
+            units: BTreeSet::new(),
         }
     }
-    // Every file within an archive ends with M17.
-    let frames = text.lines().map(str::trim).enumerate();
-    if let Some((begin, name)) = frames.filter(|(_, line)| line.starts_with("%_N_")).last()
-        && !text.lines().skip(begin).any(|line| line.trim() == "M17")
-    {
-        let why = "it does not end with M17: is the archive whole?";
-        draft.row(format!("line {}", begin + 1), name, Fate::Guessed, why);
+
+    /// The data of the lines; lines with anything else are reported.
+    fn data<'a>(&mut self, text: &'a str) -> Vec<Datum<'a>> {
+        let mut data = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            match datum(index + 1, line) {
+                Ok(Some(found)) => data.push(found),
+                Ok(None) => {
+                    let told = line.split(';').next().unwrap_or_default().trim();
+                    let is_frame = FRAME.iter().any(|it| told.starts_with(it));
+                    if !told.is_empty() && !is_frame {
+                        self.draft.row(
+                            format!("line {}", index + 1),
+                            told,
+                            Fate::Ignored,
+                            "no machine data",
+                        );
+                    }
+                }
+                Err(found) => {
+                    let own = line.split(['$', '[', '=']).nth(1).unwrap_or_default();
+                    self.wrong
+                        .note(&mut self.draft, (own.trim(), line.trim()), found);
+                }
+            }
+        }
+        data
     }
-    let mut names = Vec::new();
-    for datum in data
-        .iter()
-        .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
-    {
-        let number = datum.index.first().and_then(|it| it.parse::<usize>().ok());
-        let Some(number) = number.filter(|number| *number < MOST_AXES) else {
-            let hint = "names are written as $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"";
-            let message = "names no machine axis by its place";
-            let found = problem(datum.line, &datum.key(), message, hint);
-            wrong.note(&mut draft, (datum.name, datum.value), found);
-            continue;
-        };
+
+    /// Reports an archive that was cut off: every file within it ends with M17.
+    fn check_end(&mut self, text: &str) {
+        let frames = text.lines().map(str::trim).enumerate();
+        if let Some((begin, name)) = frames.filter(|(_, line)| line.starts_with("%_N_")).last()
+            && !text.lines().skip(begin).any(|line| line.trim() == "M17")
         {
+            let why = "it does not end with M17: is the archive whole?";
+            self.draft
+                .row(format!("line {}", begin + 1), name, Fate::Guessed, why);
+        }
+    }
+
+    /// What the data say of the axes as a whole, which has to be known before any of them is taken over.
+    fn archive<'a>(&mut self, data: Vec<Datum<'a>>) -> Archive<'a> {
+        let names = self.names(&data);
+        let spindles = self.axes_with(&data, "MA_SPIND_ASSIGN_TO_MACHAX", |datum| {
+            Ok(number(datum.line, &datum.key(), datum.value)? != 0.0)
+        });
+        let turning = self.axes_with(&data, "MA_IS_ROT_AX", switch);
+        let gantries = gantries(&data, &names, &mut self.guessed);
+        Archive {
+            data,
+            names,
+            spindles,
+            turning,
+            gantries,
+        }
+    }
+
+    /// The names of MD10000; of two for one axis the last.
+    fn names(&mut self, data: &[Datum<'_>]) -> Vec<AxisName> {
+        let mut names = Vec::new();
+        for datum in data
+            .iter()
+            .filter(|it| it.name == "MN_AXCONF_MACHAX_NAME_TAB")
+        {
+            let number = datum.index.first().and_then(|it| it.parse::<usize>().ok());
+            let Some(number) = number.filter(|number| *number < MOST_AXES) else {
+                let hint = "names are written as $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"";
+                let message = "names no machine axis by its place";
+                let found = problem(datum.line, &datum.key(), message, hint);
+                self.note(datum, found);
+                continue;
+            };
             names.retain(|it: &AxisName| it.number != number + 1);
             names.push(AxisName {
                 name: datum.value.to_owned(),
@@ -201,119 +272,154 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
                 axis: lettered(datum.value),
             });
         }
+        names
     }
-    // Axes that are spindles are none here.
-    let mut with = |name: &str, is_on: fn(&Datum<'_>) -> Result<bool, Problem>| {
+
+    /// The axes for which a datum is on.
+    fn axes_with<'a>(
+        &mut self,
+        data: &[Datum<'a>],
+        name: &str,
+        is_on: fn(&Datum<'_>) -> Result<bool, Problem>,
+    ) -> BTreeSet<&'a str> {
         let mut axes = BTreeSet::new();
         for datum in data.iter().filter(|it| it.name == name) {
             match is_on(datum) {
                 Ok(true) => axes.extend(datum.index.last().copied()),
                 Ok(false) => {}
-                Err(found) => wrong.note(&mut draft, (name, datum.value), found),
+                Err(found) => self.note(datum, found),
             }
         }
         axes
-    };
-    let spindles = with("MA_SPIND_ASSIGN_TO_MACHAX", |datum| {
-        Ok(number(datum.line, &datum.key(), datum.value)? != 0.0)
-    });
-    let turning = with("MA_IS_ROT_AX", switch);
-    let (mut guessed, mut units) = (Vec::new(), BTreeSet::new());
-    let gantries = gantries(&data, &names, &mut guessed);
-    for datum in &data {
-        if wrong.left_out.contains(&datum.line) {
-            continue;
+    }
+
+    /// Takes down what is wrong with a datum.
+    fn note(&mut self, datum: &Datum<'_>, found: Problem) {
+        self.wrong
+            .note(&mut self.draft, (datum.name, datum.value), found);
+    }
+
+    /// Takes a datum over, or reports why not.
+    fn take_over(&mut self, archive: &Archive<'_>, datum: &Datum<'_>) {
+        if self.wrong.left_out.contains(&datum.line) {
+            return;
         }
-        let key = datum.key();
         if datum.name == "MN_SCALING_SYSTEM_IS_METRIC" {
-            let is_metric = switch(datum).unwrap_or_else(|found| {
-                wrong.problems.push(found);
-                true
-            });
-            if !is_metric {
-                let message = "the machine's data are in inches, which are not read";
-                let hint = "switch the basic system to metric and write the archive again";
-                wrong
-                    .problems
-                    .push(problem(datum.line, &key, message, hint));
-            }
-            draft.row(key, datum.value, Fate::Used, "unit of the data");
-            continue;
+            self.scaling(datum);
+            return;
         }
-        let own = datum.index.last().copied().unwrap_or_default();
-        if datum.name.starts_with("MA_")
-            && let Some(leading) = gantries.get(own)
-        {
-            let taken = follow(&mut draft, datum, &data, *leading);
-            if let Err(found) = taken {
-                wrong.note(&mut draft, (datum.name, datum.value), found);
+        let is_of_axis = datum.name.starts_with("MA_");
+        let own = datum.index.last().copied();
+        if is_of_axis && let Some(leading) = archive.gantries.get(own.unwrap_or_default()) {
+            if let Err(found) = follow(&mut self.draft, datum, &archive.data, *leading) {
+                self.note(datum, found);
             }
-            continue;
+            return;
         }
-        let axis = datum
-            .index
-            .last()
-            .filter(|own| datum.name.starts_with("MA_") && !spindles.contains(*own))
-            .and_then(|own| axis_of(own, &names, &mut guessed));
+        let axis = own
+            .filter(|own| is_of_axis && !archive.spindles.contains(own))
+            .and_then(|own| axis_of(own, &archive.names, &mut self.guessed));
         let first = datum.index.len() < 2 || datum.index[0] == "0";
         let Some(axis) = axis.filter(|_| first) else {
-            let (fate, note) = if datum.name != "MN_AXCONF_MACHAX_NAME_TAB" {
-                (Fate::Ignored, "")
-            } else if lettered(datum.value).is_some() {
-                (Fate::Used, "")
-            } else {
-                (Fate::Ignored, "no letter of an axis: its data are left out")
-            };
-            draft.row(key, datum.value, fate, note);
-            continue;
+            self.of_no_axis(datum);
+            return;
         };
-        let rotary = datum.index.last().is_some_and(|own| turning.contains(own));
+        let rotary = own.is_some_and(|own| archive.turning.contains(own));
         // A letter says the kind: X Y Z U V W slide, A B C turn.
         if rotary != axis.is_rotary() {
             let note = format!("{axis} does not {}", if rotary { "turn" } else { "slide" });
-            draft.row(key, datum.value, Fate::Ignored, note);
-            continue;
+            self.draft
+                .row(datum.key(), datum.value, Fate::Ignored, note);
+            return;
         }
-        match take(&mut draft, datum, &data, axis) {
-            Ok(unit) => units.extend(unit),
+        self.of_axis(archive, datum, axis);
+    }
+
+    /// Takes over whether the data are metric; those in inches are refused.
+    fn scaling(&mut self, datum: &Datum<'_>) {
+        let key = datum.key();
+        let is_metric = switch(datum).unwrap_or_else(|found| {
+            self.wrong.problems.push(found);
+            true
+        });
+        if !is_metric {
+            let message = "the machine's data are in inches, which are not read";
+            let hint = "switch the basic system to metric and write the archive again";
+            let found = problem(datum.line, &key, message, hint);
+            self.wrong.problems.push(found);
+        }
+        self.draft
+            .row(key, datum.value, Fate::Used, "unit of the data");
+    }
+
+    /// Reports a datum that no axis takes.
+    fn of_no_axis(&mut self, datum: &Datum<'_>) {
+        let (fate, note) = if datum.name != "MN_AXCONF_MACHAX_NAME_TAB" {
+            (Fate::Ignored, "")
+        } else if lettered(datum.value).is_some() {
+            (Fate::Used, "")
+        } else {
+            (Fate::Ignored, "no letter of an axis: its data are left out")
+        };
+        self.draft.row(datum.key(), datum.value, fate, note);
+    }
+
+    /// Takes a datum of an axis over.
+    fn of_axis(&mut self, archive: &Archive<'_>, datum: &Datum<'_>, axis: AxisId) {
+        match take(&mut self.draft, datum, &archive.data, axis) {
+            Ok(unit) => self.units.extend(unit),
             // Of a gap's weight it is the gap that lacks it.
             Err(found) => {
-                let other = data.iter().find(|it| it.line == found.line as usize);
+                let mut data = archive.data.iter();
+                let other = data.find(|it| it.line == found.line as usize);
                 if found.line as usize != datum.line {
                     let note = format!("line {} is needed for it and has no value", found.line);
-                    draft.row(key, datum.value, Fate::Ignored, note);
+                    self.draft
+                        .row(datum.key(), datum.value, Fate::Ignored, note);
                 }
                 let value = other.map_or(datum.value, |it| it.value);
-                wrong.note(&mut draft, (datum.name, value), found);
+                self.wrong.note(&mut self.draft, (datum.name, value), found);
             }
         }
     }
-    for (name, unit) in units {
-        let why = "the archive does not tell it: as the list manual has it for metric systems";
-        draft.row(format!("unit of ${name}"), unit, Fate::Guessed, why);
+
+    /// Lists the units and the axes that the archive does not tell.
+    fn list_guesses(&mut self) {
+        for (name, unit) in &self.units {
+            let why = "the archive does not tell it: as the list manual has it for metric systems";
+            self.draft
+                .row(format!("unit of ${name}"), *unit, Fate::Guessed, why);
+        }
+        for (name, axis) in &self.guessed {
+            let why = "its name in MD10000 is not in the file: by its number";
+            self.draft
+                .row(name, format!("axis {axis}"), Fate::Guessed, why);
+        }
     }
-    for (name, axis) in guessed {
-        let why = "its name in MD10000 is not in the file: by its number";
-        draft.row(name, format!("axis {axis}"), Fate::Guessed, why);
+
+    /// The machine, or for what it is refused.
+    fn finish(self, archive: &Archive<'_>) -> Result<Draft, Vec<Problem>> {
+        let Reading {
+            mut draft, wrong, ..
+        } = self;
+        let mut problems = wrong.problems;
+        if draft.axes.is_empty() && problems.is_empty() {
+            let hint = "write the archive as text with the axes' machine data ($MA_...)";
+            let message = "there is no machine data of an axis";
+            problems.push(problem(1, "", message, hint));
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let names = archive.names.iter();
+        for named in names.filter(|it| !archive.spindles.contains(&*format!("AX{}", it.number))) {
+            draft
+                .expected
+                .extend(named.axis.map(|axis| (axis, "MD10000 names it")));
+        }
+        draft.carry("actual-value", |_| Vec::new());
+        Ok(draft)
     }
-    if draft.axes.is_empty() && wrong.problems.is_empty() {
-        let hint = "write the archive as text with the axes' machine data ($MA_...)";
-        let message = "there is no machine data of an axis";
-        wrong.problems.push(problem(1, "", message, hint));
-    }
-    if !wrong.problems.is_empty() {
-        return Err(wrong.problems);
-    }
-    for named in names
-        .iter()
-        .filter(|it| !spindles.contains(&*format!("AX{}", it.number)))
-    {
-        draft
-            .expected
-            .extend(named.axis.map(|axis| (axis, "MD10000 names it")));
-    }
-    draft.carry("actual-value", |_| Vec::new());
-    Ok(draft)
 }
 
 /// The axis that an index names: a name of MD10000, or AX1; by its number where it has no name.
