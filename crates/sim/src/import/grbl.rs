@@ -67,6 +67,18 @@ struct Setting<'a> {
     comment: &'a str,
 }
 
+impl Setting<'_> {
+    /// `$110`, as the report has it.
+    fn key(&self) -> String {
+        format!("${}", self.code)
+    }
+
+    /// Whether it is the gap of an axis, mm.
+    fn is_gap(&self) -> bool {
+        self.code >= 160
+    }
+}
+
 /// Reads the settings.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("grbl");
@@ -202,6 +214,7 @@ fn of_driver_or_gap(comment: &str) -> &'static str {
     }
 }
 
+/// Takes a setting over; `upwards` are the axes whose travel runs from 0 upwards.
 fn take(
     draft: &mut Draft,
     setting: &Setting<'_>,
@@ -214,36 +227,12 @@ fn take(
         value,
         comment,
     } = *setting;
-    let name = format!("${code}");
+    let name = setting.key();
     // The last digit is the axis, those before it the quantity: $110 is the rate of X.
     let axis = AxisId::from_index((code % 10) as usize)
         .filter(|axis| axis.index() < 6 && (100..170).contains(&code));
     let Some(axis) = axis.filter(|_| !matches!(code / 10, 14 | 15)) else {
-        let (fate, note) = match code {
-            22 | 23 => (Fate::Used, "where the machine's zero is"),
-            140..150 => (Fate::Ignored, of_driver_or_gap(comment)),
-            // Told where the axis has two motors and a switch for each.
-            170..176 => {
-                let axis = AxisId::from_index((code % 10) as usize);
-                further.extend(axis.map(|axis| (axis, format!("{name} second motor"))));
-                (
-                    Fate::Used,
-                    "of the second motor of an axis, by which it is squared",
-                )
-            }
-            150..160 => (
-                Fate::Ignored,
-                "of the motor's driver: the drive comes from the preset",
-            ),
-            _ => (
-                Fate::Ignored,
-                KNOWN
-                    .iter()
-                    .find(|(known, _)| *known == code)
-                    .map_or("no limit of an axis", |(_, note)| note),
-            ),
-        };
-        draft.row(name, value, fate, note);
+        of_no_limit(draft, setting, further);
         return Ok(());
     };
     if code < 110 {
@@ -256,9 +245,8 @@ fn take(
         return Ok(());
     }
     let amount = number(line, &name, value)?;
-    let gap = code >= 160;
     // grblHAL tells gaps with three digits behind the point.
-    if gap && amount >= 1.0 && !value.contains('.') && !says(comment, "backlash") {
+    if setting.is_gap() && amount >= 1.0 && !value.contains('.') && !says(comment, "backlash") {
         let note =
             "a whole number: microsteps (Grbl_Esp32), no gap in mm; a gap is written as 1.000";
         draft.row(name, value, Fate::Ignored, note);
@@ -270,7 +258,45 @@ fn take(
         draft.row(name, value, Fate::Ignored, "no limit");
         return Ok(());
     }
-    // A limit of 0 would stop the axis; a gap of 0 is none.
+    check_amount(setting, amount)?;
+    limit(draft, setting, axis, amount, upwards);
+    Ok(())
+}
+
+/// Reports a setting that is neither steps, a limit nor a gap of an axis.
+fn of_no_limit(draft: &mut Draft, setting: &Setting<'_>, further: &mut Vec<(AxisId, String)>) {
+    let code = setting.code;
+    let (fate, note) = match code {
+        22 | 23 => (Fate::Used, "where the machine's zero is"),
+        140..150 => (Fate::Ignored, of_driver_or_gap(setting.comment)),
+        // Told where the axis has two motors and a switch for each.
+        170..176 => {
+            let axis = AxisId::from_index((code % 10) as usize);
+            let name = setting.key();
+            further.extend(axis.map(|axis| (axis, format!("{name} second motor"))));
+            (
+                Fate::Used,
+                "of the second motor of an axis, by which it is squared",
+            )
+        }
+        150..160 => (
+            Fate::Ignored,
+            "of the motor's driver: the drive comes from the preset",
+        ),
+        _ => (
+            Fate::Ignored,
+            KNOWN
+                .iter()
+                .find(|(known, _)| *known == code)
+                .map_or("no limit of an axis", |(_, note)| note),
+        ),
+    };
+    draft.row(setting.key(), setting.value, fate, note);
+}
+
+/// Refuses a limit or a gap that is none: a limit of 0 would stop the axis; a gap of 0 is none.
+fn check_amount(setting: &Setting<'_>, amount: f64) -> Result<(), Problem> {
+    let gap = setting.is_gap();
     if amount < 0.0 || (amount == 0.0 && !gap) {
         let hint = if gap {
             "0 if there is none"
@@ -278,24 +304,30 @@ fn take(
             "leave the line out if it is not known"
         };
         return Err(problem(
-            line,
-            &name,
+            setting.line,
+            &setting.key(),
             format!(
-                "is {value}; it has to be {}",
+                "is {}; it has to be {}",
+                setting.value,
                 if gap { "0 or above" } else { "above 0" }
             ),
             hint,
         ));
     }
+    Ok(())
+}
+
+/// Takes over a limit or a gap of an axis.
+fn limit(draft: &mut Draft, setting: &Setting<'_>, axis: AxisId, amount: f64, upwards: u32) {
     let entry = draft.axis(axis, axis.is_rotary());
     let told = |value: f64| {
         Some(Told {
             value,
-            from: name.clone(),
-            line,
+            from: setting.key(),
+            line: setting.line,
         })
     };
-    let what = match code / 10 {
+    let what = match setting.code / 10 {
         11 => {
             entry.velocity = told(amount / 60.0);
             "velocity, from units/min"
@@ -318,6 +350,6 @@ fn take(
             "gap"
         }
     };
-    draft.row(name, value, Fate::Used, format!("{what} of {axis}"));
-    Ok(())
+    let note = format!("{what} of {axis}");
+    draft.row(setting.key(), setting.value, Fate::Used, note);
 }
