@@ -35,6 +35,7 @@ enum Place {
     Value,
 }
 
+/// Reads the header rows.
 pub(crate) fn open<'a, R: BufRead + 'a>(
     mut lines: Lines<R>,
 ) -> Result<(Header, Box<dyn Source + 'a>), LogError> {
@@ -50,19 +51,15 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     while cells.last().is_some_and(|cell| cell.is_empty()) {
         cells.pop();
     }
-    let columns = cells.len();
-    // Names with the separator in them make a header row longer than the data: then the symbols'
-    // names tell the columns.
-    let named = |key: &str| {
-        rows.iter().find(|row| {
-            row.key == key && trimmed(&row.cells) <= columns && row.cells.len() >= columns
-        })
+    let rows = HeaderRows {
+        rows,
+        columns: cells.len(),
     };
-    let exact = |key: &str| {
-        named(key).filter(|row| row.cells.iter().take(columns).any(|cell| *cell == row.key))
-    };
-    let Some(row) = exact("Name").or_else(|| exact("SymbolName")) else {
-        let what = format!("no header row tells the {columns} columns of the data");
+    let Some(names) = rows.exact("Name").or_else(|| rows.exact("SymbolName")) else {
+        let what = format!(
+            "no header row tells the {} columns of the data",
+            rows.columns
+        );
         return Err(LogError::line(
             lines.name(),
             first.0,
@@ -71,61 +68,13 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         ));
     };
     let mut said = vec![format!("{}s between cells", separator.shown())];
-    if row.key != "Name" {
+    if names.key != "Name" {
         said.push("names hold the separator: channels are called by their symbols".to_owned());
     }
-    let (mut places, mut channels, mut groups) = (Vec::new(), Vec::new(), 0);
-    for (column, cell) in row.cells.iter().take(columns).enumerate() {
-        if *cell == row.key {
-            places.push(Place::Time);
-            groups += 1;
-            continue;
-        }
-        let Some(group) = usize::checked_sub(groups, 1) else {
-            let what = "the first column is no column of times";
-            return Err(LogError::line(lines.name(), first.0, what, ""));
-        };
-        places.push(Place::Value);
-        let of = |key: &str| named(key).and_then(|row| row.cells.get(column));
-        channels.push(Channel {
-            name: cell.clone(),
-            unit: of("Unit").and_then(|unit| unit.parse().ok()),
-            group,
-        });
-        for key in ["ScaleFactor", "Unit ScaleFactor"] {
-            if let Some(factor) = of(key).filter(|factor| *factor != "1") {
-                said.push(format!(
-                    "`{cell}` is shown with {key} {factor}; values are taken as they stand"
-                ));
-            }
-        }
-        if of("Data-Type").is_some_and(|kind| kind.ends_with(WHOLE_BITS)) {
-            said.push(format!(
-                "`{cell}` has 64 bits: whole numbers above 2^53 lose digits"
-            ));
-        }
-    }
-    if channels.len() > MAX_CHANNELS || channels.is_empty() {
-        let what = format!("{} channels", channels.len());
-        return Err(LogError::line(lines.name(), first.0, what, ""));
-    }
-    if groups > 1 {
-        said.push(format!("{groups} columns of times"));
-    }
-    let is_value = |(_, place): &(usize, &Place)| matches!(place, Place::Value);
-    let of_channels = places.iter().enumerate().filter(is_value);
-    let of_channels = of_channels.map(|(column, _)| column + 1).collect();
-    let header = Header {
-        columns: Some(FileColumns {
-            of_channels,
-            count: columns,
-        }),
-        format: Format::TwincatScope,
-        groups,
-        channels,
-        said,
-        guessed_time: None,
-    };
+    let columns = rows
+        .columns_of(names, &mut said)
+        .map_err(|what| LogError::line(lines.name(), first.0, what, ""))?;
+    let header = columns.header(said);
     let source = Twincat {
         names: header
             .channels
@@ -135,7 +84,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         wanted: vec![true; header.channels.len()],
         lines,
         splitter,
-        places,
+        places: columns.places,
         decimal: None,
         next: Some(first),
         cells: Vec::new(),
@@ -145,6 +94,113 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
         remarks: Vec::new(),
     };
     Ok((header, Box::new(source)))
+}
+
+/// The header rows, and how many columns the data have.
+struct HeaderRows {
+    rows: Vec<KeyedRow>,
+    columns: usize,
+}
+
+impl HeaderRows {
+    /// The row of a key. Names with the separator in them make a header row longer than the data: then the
+    /// symbols' names tell the columns.
+    fn named(&self, key: &str) -> Option<&KeyedRow> {
+        self.rows.iter().find(|row| {
+            row.key == key && trimmed(&row.cells) <= self.columns && row.cells.len() >= self.columns
+        })
+    }
+
+    /// The row of a key, if it tells which columns are times.
+    fn exact(&self, key: &str) -> Option<&KeyedRow> {
+        self.named(key).filter(|row| {
+            row.cells
+                .iter()
+                .take(self.columns)
+                .any(|cell| *cell == row.key)
+        })
+    }
+
+    /// The columns as the row with their names tells them.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    fn columns_of(&self, names: &KeyedRow, said: &mut Vec<String>) -> Result<Columns, String> {
+        let (mut places, mut channels, mut groups) = (Vec::new(), Vec::new(), 0);
+        for (column, cell) in names.cells.iter().take(self.columns).enumerate() {
+            if *cell == names.key {
+                places.push(Place::Time);
+                groups += 1;
+                continue;
+            }
+            let Some(group) = usize::checked_sub(groups, 1) else {
+                return Err("the first column is no column of times".to_owned());
+            };
+            places.push(Place::Value);
+            channels.push(self.channel(column, cell, group, said));
+        }
+        if channels.len() > MAX_CHANNELS || channels.is_empty() {
+            return Err(format!("{} channels", channels.len()));
+        }
+        if groups > 1 {
+            said.push(format!("{groups} columns of times"));
+        }
+        Ok(Columns {
+            places,
+            channels,
+            groups,
+        })
+    }
+
+    /// The channel of a column, and what the user has to know of it.
+    fn channel(&self, column: usize, name: &str, group: usize, said: &mut Vec<String>) -> Channel {
+        let of = |key: &str| self.named(key).and_then(|row| row.cells.get(column));
+        for key in ["ScaleFactor", "Unit ScaleFactor"] {
+            if let Some(factor) = of(key).filter(|factor| *factor != "1") {
+                said.push(format!(
+                    "`{name}` is shown with {key} {factor}; values are taken as they stand"
+                ));
+            }
+        }
+        if of("Data-Type").is_some_and(|kind| kind.ends_with(WHOLE_BITS)) {
+            said.push(format!(
+                "`{name}` has 64 bits: whole numbers above 2^53 lose digits"
+            ));
+        }
+        Channel {
+            name: name.to_owned(),
+            unit: of("Unit").and_then(|unit| unit.parse().ok()),
+            group,
+        }
+    }
+}
+
+/// What each column is.
+struct Columns {
+    places: Vec<Place>,
+    channels: Vec<Channel>,
+    /// Columns of times.
+    groups: usize,
+}
+
+impl Columns {
+    /// The header of the log.
+    fn header(&self, said: Vec<String>) -> Header {
+        let is_value = |(_, place): &(usize, &Place)| matches!(place, Place::Value);
+        let of_channels = self.places.iter().enumerate().filter(is_value);
+        let of_channels = of_channels.map(|(column, _)| column + 1).collect();
+        Header {
+            columns: Some(FileColumns {
+                of_channels,
+                count: self.places.len(),
+            }),
+            format: Format::TwincatScope,
+            groups: self.groups,
+            channels: self.channels.clone(),
+            said,
+            guessed_time: None,
+        }
+    }
 }
 
 /// Cells without the empty ones at the end.
