@@ -13,54 +13,12 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
     let named = !lines.text().starts_with('#');
     let period_s = period(&lines)?;
     let mut said = vec![format!("sampling period {} ms", 1e3 * period_s)];
-    let mut held = None;
-    let (format, names, decimal) = if named {
-        // Names stand in every row; the first one tells them.
-        loop {
-            if !lines.advance()? {
-                return Err(no_rows(&lines));
-            }
-            if !lines.text().trim().is_empty() {
-                break;
-            }
-        }
-        let words: Vec<&str> = lines.text().split_whitespace().collect();
-        let names: Vec<String> = words
-            .iter()
-            .step_by(2)
-            .map(|&word| word.to_owned())
-            .collect();
-        let comma = words
-            .iter()
-            .skip(1)
-            .step_by(2)
-            .any(|value| value.contains(','));
-        said.push(format!(
-            "decimal {}",
-            if comma { "commas" } else { "points" }
-        ));
-        said.push(
-            "labels of channels that were switched off may be shifted in this generation; its last \
-             row is one too many and is left out"
-                .to_owned(),
-        );
-        held = Some((lines.line(), lines.text().to_owned()));
-        (Format::HalscopeNamed, names, if comma { ',' } else { '.' })
+    let told = if named {
+        names_of_rows(&mut lines, &mut said)?
     } else {
-        if !lines.advance()? {
-            return Err(no_rows(&lines));
-        }
-        let names = lines.text().split(';').map(|name| name.trim().to_owned());
-        // A log that was opened and saved again marks names that no longer exist.
-        let names = names
-            .map(|name| {
-                name.strip_prefix("[CSV] ")
-                    .map_or(name.clone(), str::to_owned)
-            })
-            .collect();
-        (Format::Halscope, names, '.')
+        names_of_header(&mut lines)?
     };
-    if names.is_empty() || names.len() > MAX_CHANNELS {
+    if told.names.is_empty() || told.names.len() > MAX_CHANNELS {
         return Err(LogError::line(
             lines.name(),
             lines.line(),
@@ -68,6 +26,110 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
             "",
         ));
     }
+    let channels = channels(told.names, &mut said);
+    let mut source = Halscope {
+        names: channels
+            .iter()
+            .map(|channel| channel.name.clone())
+            .collect(),
+        wanted: vec![true; channels.len()],
+        lines,
+        named,
+        decimal: told.decimal,
+        period_s,
+        row: 0,
+        held: told.held,
+        remarks: Vec::new(),
+    };
+    let format = if named {
+        Format::HalscopeNamed
+    } else if source.skip_display()? {
+        Format::HalscopeDisplay
+    } else {
+        Format::Halscope
+    };
+    let header = Header {
+        columns: Some(FileColumns::behind(0, channels.len())),
+        format,
+        channels,
+        groups: 1,
+        said,
+        guessed_time: None,
+    };
+    Ok((header, Box::new(source)))
+}
+
+/// The channels' names, and how values are written.
+struct ToldNames {
+    names: Vec<String>,
+    /// The decimal sign.
+    decimal: char,
+    /// The first row, where it was read for its names.
+    held: Option<(u64, String)>,
+}
+
+/// Names of the oldest generation: they stand in every row; the first one tells them.
+fn names_of_rows<R: BufRead>(
+    lines: &mut Lines<R>,
+    said: &mut Vec<String>,
+) -> Result<ToldNames, LogError> {
+    loop {
+        if !lines.advance()? {
+            return Err(no_rows(lines));
+        }
+        if !lines.text().trim().is_empty() {
+            break;
+        }
+    }
+    let words: Vec<&str> = lines.text().split_whitespace().collect();
+    let names: Vec<String> = words
+        .iter()
+        .step_by(2)
+        .map(|&word| word.to_owned())
+        .collect();
+    let comma = words
+        .iter()
+        .skip(1)
+        .step_by(2)
+        .any(|value| value.contains(','));
+    said.push(format!(
+        "decimal {}",
+        if comma { "commas" } else { "points" }
+    ));
+    said.push(
+        "labels of channels that were switched off may be shifted in this generation; its last \
+         row is one too many and is left out"
+            .to_owned(),
+    );
+    Ok(ToldNames {
+        names,
+        decimal: if comma { ',' } else { '.' },
+        held: Some((lines.line(), lines.text().to_owned())),
+    })
+}
+
+/// Names of the later generations: they stand in line 2.
+fn names_of_header<R: BufRead>(lines: &mut Lines<R>) -> Result<ToldNames, LogError> {
+    if !lines.advance()? {
+        return Err(no_rows(lines));
+    }
+    let names = lines.text().split(';').map(|name| name.trim().to_owned());
+    // A log that was opened and saved again marks names that no longer exist.
+    let names = names
+        .map(|name| {
+            name.strip_prefix("[CSV] ")
+                .map_or(name.clone(), str::to_owned)
+        })
+        .collect();
+    Ok(ToldNames {
+        names,
+        decimal: '.',
+        held: None,
+    })
+}
+
+/// The channels, each with a name of its own.
+fn channels(names: Vec<String>, said: &mut Vec<String>) -> Vec<Channel> {
     let mut channels = Vec::with_capacity(names.len());
     for name in names {
         let same = |other: &&Channel| other.name == name;
@@ -86,33 +148,7 @@ pub(crate) fn open<'a, R: BufRead + 'a>(
             group: 0,
         });
     }
-    let mut source = Halscope {
-        names: channels
-            .iter()
-            .map(|channel| channel.name.clone())
-            .collect(),
-        wanted: vec![true; channels.len()],
-        lines,
-        named,
-        decimal,
-        period_s,
-        row: 0,
-        held: held.clone(),
-        remarks: Vec::new(),
-    };
-    let mut format = format;
-    if !named && source.skip_display()? {
-        format = Format::HalscopeDisplay;
-    }
-    let header = Header {
-        columns: Some(FileColumns::behind(0, channels.len())),
-        format,
-        channels,
-        groups: 1,
-        said,
-        guessed_time: None,
-    };
-    Ok((header, Box::new(source)))
+    channels
 }
 
 fn no_rows<R: BufRead>(lines: &Lines<R>) -> LogError {
