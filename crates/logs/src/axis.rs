@@ -112,41 +112,12 @@ pub fn read_axis(
     name: &str,
     options: &AxisOptions,
 ) -> Result<AxisLog, LogError> {
-    let other = |spec: &&ColumnSpec| {
-        use Role::{Angle, Axis, Deviation, Radius};
-        matches!(spec.role, Axis(_) | Angle | Radius | Deviation)
-    };
-    if let Some(spec) = options.columns.iter().find(other) {
-        let what = format!(
-            "column {}={}: this log is of one axis",
-            spec.role, spec.name
-        );
-        let hint = "its roles are time, command, motor, load, current, torque and force";
-        return Err(LogError::file(name, what, hint));
-    }
-    let mut read = options.read.clone();
-    if let Some(time) = options.columns.iter().find(|spec| spec.role == Role::Time) {
-        read.time_column = Some(time.name.clone());
-        read.time_unit = time.unit;
-    }
-    let mut reader = LogReader::new(input, name, &read)?;
+    let mut reader = LogReader::new(input, name, &read_options(name, options)?)?;
     let header = reader.header().clone();
     let (mut assigned, more) = assign(name, &header, &options.columns)?;
     assigned.retain(|other| !options.without.contains(&other.role));
     check_needed(name, &header, &assigned, options)?;
-    // One signal that drives the axis: the current where there is one.
-    let driving: Vec<Role> = assigned
-        .iter()
-        .map(|other| other.role)
-        .filter(|role| is_drive(*role))
-        .collect();
-    let kept = [Role::Current, Role::Torque, Role::Force]
-        .into_iter()
-        .find(|role| {
-            let told = options.columns.iter().find(|spec| is_drive(spec.role));
-            told.map_or(driving.contains(role), |told| told.role == *role)
-        });
-    assigned.retain(|other| !is_drive(other.role) || Some(other.role) == kept);
+    keep_one_drive(&mut assigned, options);
     let (factors, unit) = factors(name, &header, &assigned)?;
     reader.select(
         &assigned
@@ -166,21 +137,7 @@ pub fn read_axis(
     said.extend(reader.remarks());
     let turn = (unit.quantity == Quantity::Angle).then(|| std::f64::consts::TAU / unit.factor);
     mend(&mut track, &assigned, &factors, turn, &mut said);
-    if track.len() < FEWEST_ROWS {
-        let what = format!("{} rows of data can be used", track.len());
-        return Err(LogError::file(
-            name,
-            what,
-            format!("at least {FEWEST_ROWS} are needed"),
-        ));
-    }
-    let apart_s = track.time_s.last().unwrap_or(&0.0) - track.time_s.first().unwrap_or(&0.0);
-    let apart_s = apart_s / (track.len() - 1) as f64;
-    if let Some(guessed) = header.guessed_time.filter(|_| apart_s > SLOWEST_GUESSED_S) {
-        let what = format!("{guessed}, and its rows would be {apart_s:.3} s apart");
-        let hint = "give it: --column time=NAME,unit=ms, or unit=s if that is right";
-        return Err(LogError::file(name, what, hint));
-    }
+    check_rows(name, &header, &track)?;
     let mut log = AxisLog {
         format: header.format,
         time_s: track.time_s,
@@ -212,6 +169,68 @@ pub fn read_axis(
         log.drive = None;
     }
     Ok(log)
+}
+
+/// How the log is read, with the column of times that is told among the roles.
+///
+/// # Errors
+/// A role that is none of one axis.
+fn read_options(name: &str, options: &AxisOptions) -> Result<ReadOptions, LogError> {
+    let other = |spec: &&ColumnSpec| {
+        use Role::{Angle, Axis, Deviation, Radius};
+        matches!(spec.role, Axis(_) | Angle | Radius | Deviation)
+    };
+    if let Some(spec) = options.columns.iter().find(other) {
+        let what = format!(
+            "column {}={}: this log is of one axis",
+            spec.role, spec.name
+        );
+        let hint = "its roles are time, command, motor, load, current, torque and force";
+        return Err(LogError::file(name, what, hint));
+    }
+    let mut read = options.read.clone();
+    if let Some(time) = options.columns.iter().find(|spec| spec.role == Role::Time) {
+        read.time_column = Some(time.name.clone());
+        read.time_unit = time.unit;
+    }
+    Ok(read)
+}
+
+/// Keeps one signal that drives the axis: the told one, else the current where there is one.
+fn keep_one_drive(assigned: &mut Vec<Assigned>, options: &AxisOptions) {
+    let driving: Vec<Role> = assigned
+        .iter()
+        .map(|other| other.role)
+        .filter(|role| is_drive(*role))
+        .collect();
+    let kept = [Role::Current, Role::Torque, Role::Force]
+        .into_iter()
+        .find(|role| {
+            let told = options.columns.iter().find(|spec| is_drive(spec.role));
+            told.map_or(driving.contains(role), |told| told.role == *role)
+        });
+    assigned.retain(|other| !is_drive(other.role) || Some(other.role) == kept);
+}
+
+/// Refuses a log with too few rows, or with rows so far apart that the guess of the times' unit is wrong.
+fn check_rows(name: &str, header: &Header, track: &Track) -> Result<(), LogError> {
+    if track.len() < FEWEST_ROWS {
+        let what = format!("{} rows of data can be used", track.len());
+        return Err(LogError::file(
+            name,
+            what,
+            format!("at least {FEWEST_ROWS} are needed"),
+        ));
+    }
+    let apart_s = track.time_s.last().unwrap_or(&0.0) - track.time_s.first().unwrap_or(&0.0);
+    let apart_s = apart_s / (track.len() - 1) as f64;
+    let guessed = header.guessed_time.as_ref();
+    if let Some(guessed) = guessed.filter(|_| apart_s > SLOWEST_GUESSED_S) {
+        let what = format!("{guessed}, and its rows would be {apart_s:.3} s apart");
+        let hint = "give it: --column time=NAME,unit=ms, or unit=s if that is right";
+        return Err(LogError::file(name, what, hint));
+    }
+    Ok(())
 }
 
 fn is_drive(role: Role) -> bool {
