@@ -108,6 +108,31 @@ pub struct RigidBody {
 /// What is missing: no drive signal, no motion in both directions, no windows in which the axis
 /// moves one way.
 pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
+    check_log(log, motion)?;
+    let plain = fit_plain(log, motion)?;
+    let speeds = speeds(log, motion);
+    let mut body = RigidBody::of(&plain, &speeds);
+    let by_direction = Terms {
+        sided_viscous: true,
+        ..Terms::default()
+    };
+    if let Some(sided) = fit(log, motion, &by_direction) {
+        let viscous = directions(&sided, VISCOUS, VISCOUS_SIGN);
+        body.sided = viscous.map(|viscous| Sided { viscous });
+    }
+    body.take_decay(decay(log, motion, &plain));
+    if body.drag.interval[1] < 0.0 && body.inertia.value > 0.0 {
+        return Err(format!(
+            "friction would drive the axis, by {:.1} to {:.1}: its columns may be of other times, or of another axis",
+            -body.drag.interval[1], -body.drag.interval[0]
+        ));
+    }
+    body.say_what_is_vague(&speeds);
+    Ok(body)
+}
+
+/// Refuses a log without a drive signal, too slow for accelerations, or of one direction.
+fn check_log(log: &BodyLog, motion: &Motion) -> Result<(), String> {
     if log.drive.is_empty() {
         return Err(
             "the log has no current, torque or force: inertia and friction are not told".to_owned(),
@@ -128,6 +153,14 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
     if !both {
         return Err("the axis moves one way only: move it to and fro, friction and a constant force are told apart by the direction".to_owned());
     }
+    Ok(())
+}
+
+/// The fit of the plain terms; what other choices make of a figure belongs to its interval.
+///
+/// # Errors
+/// Why no window is left, or that the drive signal is not the motion's.
+fn fit_plain(log: &BodyLog, motion: &Motion) -> Result<SquaresFit<COEFFICIENTS>, String> {
     let mut plain = fit(log, motion, &Terms::default()).ok_or_else(|| {
         let lost = log.lost_share();
         if lost > LOST_SHARE {
@@ -151,68 +184,65 @@ pub fn fit_body(log: &BodyLog, motion: &Motion) -> Result<RigidBody, String> {
         Some(fit(log, motion, &terms)?.x)
     });
     plain.widen_to(&others.collect::<Vec<_>>());
-    let share = plain.rms / plain.target_rms;
+    let share = residual_share(&plain);
     if share > UNRELATED_SHARE {
         return Err(format!(
             "{:.0} % of the drive signal have nothing to do with the motion: it may be another column, or of another axis",
             100.0 * share
         ));
     }
-    let speeds = speeds(log, motion);
-    let usual = speeds.get(speeds.len() / 2).copied().unwrap_or_default();
-    let drag = |x: &[f64; COEFFICIENTS]| x[COULOMB] + x[VISCOUS] * usual;
-    let mut body = RigidBody {
-        drag: jackknife(drag(&plain.x), plain.without.iter().map(drag)),
-        inertia: plain.figures[INERTIA],
-        viscous: plain.figures[VISCOUS],
-        coulomb: plain.figures[COULOMB],
-        constant: plain.figures[CONSTANT],
-        sided: None,
-        stribeck: None,
-        stribeck_bound: None,
-        drive_ahead: plain.figures[LATE],
-        residual_share: share,
-        rows: plain.rows,
-        untold: Vec::new(),
-    };
-    let by_direction = Terms {
-        sided_viscous: true,
-        ..Terms::default()
-    };
-    if let Some(sided) = fit(log, motion, &by_direction) {
-        let viscous = directions(&sided, VISCOUS, VISCOUS_SIGN);
-        body.sided = viscous.map(|viscous| Sided { viscous });
-    }
-    match decay(log, motion, &plain) {
-        Ok((found, stribeck)) => {
-            body.viscous = found.figures[VISCOUS];
-            body.coulomb = found.figures[COULOMB];
-            body.inertia = found.figures[INERTIA];
-            body.constant = found.figures[CONSTANT];
-            body.drive_ahead = found.figures[LATE];
-            body.residual_share = found.rms / found.target_rms;
-            body.stribeck = Some(stribeck);
-        }
-        Err(NoDecay::SlowMissing(share)) => body.untold.push(format!(
-            "whether friction falls with speed (Stribeck) cannot be told, because only {:.1} % of the motion is slower than a twentieth of the top speed: move steadily at a tenth, a thirtieth and a hundredth of the top speed, both ways",
-            100.0 * share
-        )),
-        Err(NoDecay::Unclear) => body.untold.push(
-            "whether friction falls with speed (Stribeck) cannot be told, because the log fits with and without it: move steadily at a tenth, a thirtieth and a hundredth of the top speed, several times both ways".to_owned(),
-        ),
-        Err(NoDecay::Least(most)) => body.stribeck_bound = Some(most),
-    }
-    if body.drag.interval[1] < 0.0 && body.inertia.value > 0.0 {
-        return Err(format!(
-            "friction would drive the axis, by {:.1} to {:.1}: its columns may be of other times, or of another axis",
-            -body.drag.interval[1], -body.drag.interval[0]
-        ));
-    }
-    body.say_what_is_vague(&speeds);
-    Ok(body)
+    Ok(plain)
+}
+
+/// Residual over drive signal, root mean squares.
+fn residual_share(found: &SquaresFit<COEFFICIENTS>) -> f64 {
+    found.rms / found.target_rms
 }
 
 impl RigidBody {
+    /// The body of the plain terms; `speeds` are those of the windows, per s, in their order.
+    fn of(plain: &SquaresFit<COEFFICIENTS>, speeds: &[f64]) -> RigidBody {
+        let usual = speeds.get(speeds.len() / 2).copied().unwrap_or_default();
+        let drag = |x: &[f64; COEFFICIENTS]| x[COULOMB] + x[VISCOUS] * usual;
+        RigidBody {
+            drag: jackknife(drag(&plain.x), plain.without.iter().map(drag)),
+            inertia: plain.figures[INERTIA],
+            viscous: plain.figures[VISCOUS],
+            coulomb: plain.figures[COULOMB],
+            constant: plain.figures[CONSTANT],
+            sided: None,
+            stribeck: None,
+            stribeck_bound: None,
+            drive_ahead: plain.figures[LATE],
+            residual_share: residual_share(plain),
+            rows: plain.rows,
+            untold: Vec::new(),
+        }
+    }
+
+    /// Takes over friction that falls with speed, or says why there is none.
+    fn take_decay(&mut self, decay: Result<(SquaresFit<COEFFICIENTS>, Stribeck), NoDecay>) {
+        match decay {
+            Ok((found, stribeck)) => {
+                self.viscous = found.figures[VISCOUS];
+                self.coulomb = found.figures[COULOMB];
+                self.inertia = found.figures[INERTIA];
+                self.constant = found.figures[CONSTANT];
+                self.drive_ahead = found.figures[LATE];
+                self.residual_share = residual_share(&found);
+                self.stribeck = Some(stribeck);
+            }
+            Err(NoDecay::SlowMissing(share)) => self.untold.push(format!(
+                "whether friction falls with speed (Stribeck) cannot be told, because only {:.1} % of the motion is slower than a twentieth of the top speed: move steadily at a tenth, a thirtieth and a hundredth of the top speed, both ways",
+                100.0 * share
+            )),
+            Err(NoDecay::Unclear) => self.untold.push(
+                "whether friction falls with speed (Stribeck) cannot be told, because the log fits with and without it: move steadily at a tenth, a thirtieth and a hundredth of the top speed, several times both ways".to_owned(),
+            ),
+            Err(NoDecay::Least(most)) => self.stribeck_bound = Some(most),
+        }
+    }
+
     /// Whether one body explains the drive signal: otherwise the intervals do not hold.
     pub fn is_one_body(&self) -> bool {
         self.residual_share <= ONE_BODY_SHARE
