@@ -174,59 +174,76 @@ enum Late {
 
 /// The loss with a load that is so late.
 fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
-    let range = rows.followed.range();
     let (look, within) = Look::narrowed(rows, noise, late);
     let Some(found) = look.best() else {
         return Err(Untold::Other(
             "the load's travel does not tell a step from a slow loss: make longer strokes",
         ));
     };
-    let (fits, lengths, alike, near) = (&look.fits, &look.lengths, &look.alike, look.near);
-    let best = look.best;
-    let fit = |along: bool, late: Late| {
-        let own = RowsOf {
-            along,
-            within,
-            late,
-            of_speed: false,
-        };
-        rows.fit(lengths[best], own)
+    let own = RowsOf {
+        along: true,
+        within,
+        late,
+        of_speed: false,
     };
-    let step_alone = fit(false, late);
-    // What lateness makes of the coefficients: they are linear in the difference.
-    let of_lateness = match late {
-        Late::Presumed(most_s) => {
-            let own = RowsOf {
-                along: true,
-                within,
-                late,
-                of_speed: true,
-            };
-            let of_speed = rows.fit(lengths[best], own);
-            of_speed.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most_s * x))
-        }
-        Late::Told => [0.0; COEFFICIENTS],
-    };
-    // Between two that are tried another one may lie.
-    let length = |index: Option<&usize>, beyond: f64| {
-        index
-            .and_then(|&index| lengths.get(index))
-            .map(|length| SATURATED * length * beyond)
-    };
-    // What another length that explains the log as well makes of a figure belongs to its interval.
-    let figure = |of: &dyn Fn(&[f64; COEFFICIENTS]) -> f64| {
-        let mut figure = jackknife(of(&found.x), found.without.iter().map(of));
-        for other in alike.iter().filter_map(|&index| fits[index].as_ref()) {
-            let [low, high] = jackknife(of(&other.x), other.without.iter().map(of)).interval;
-            figure.interval = [figure.interval[0].min(low), figure.interval[1].max(high)];
-        }
-        figure
-    };
-    let total = |x: &[f64; COEFFICIENTS]| x[STEP] + x[ALONG];
-    let plain = figure(&total);
+    let of_lateness = of_lateness(rows, look.length(), own);
+    let plain = look.figure(found, |x| x[STEP] + x[ALONG]);
     // Where a load stands within its noise hangs on where it comes from.
-    let unseen = noise + total(&of_lateness).abs();
-    let [low, high] = plain.interval;
+    let unseen = noise + (of_lateness[STEP] + of_lateness[ALONG]).abs();
+    check_loss(&plain, unseen, rows.followed.range(), late)?;
+    let whole = plain.widened(unseen);
+    let [low, high] = whole.interval;
+    // No axis gains position: below zero is what scatter and lengths make of next to none.
+    let whole = Figure {
+        value: whole.value.max(0.0),
+        interval: [low.max(0.0), high],
+        ..whole
+    };
+    let part = |which: usize| {
+        let figure = look.figure(found, |x| x[which]);
+        figure.widened(noise + of_lateness[which].abs())
+    };
+    let along = part(ALONG);
+    let step_alone = RowsOf {
+        along: false,
+        ..own
+    };
+    let step_alone = rows.fit(look.length(), step_alone);
+    let alone = step_alone.is_some_and(|alone| alone.rms <= look.near);
+    let late_s = look.figure(found, |x| x[SPEED]);
+    let lost = LostMotion {
+        total: whole,
+        step: part(STEP),
+        along,
+        saturates_after: SATURATED * look.length(),
+        saturates_between: look.saturates_between(),
+        reversals: rows.followed.reversals,
+        rms: found.rms,
+        is_step: alone || along.interval[0] <= 0.0,
+    };
+    Ok(Loss {
+        lost,
+        late: late_load(late_s, rows.top_speed, whole.value),
+    })
+}
+
+/// What presumed lateness makes of the coefficients at most: they are linear in the difference of motor and
+/// load.
+fn of_lateness(rows: &Rows<'_>, length: f64, own: RowsOf) -> [f64; COEFFICIENTS] {
+    let Late::Presumed(most_s) = own.late else {
+        return [0.0; COEFFICIENTS];
+    };
+    let own = RowsOf {
+        of_speed: true,
+        ..own
+    };
+    let of_speed = rows.fit(length, own);
+    of_speed.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most_s * x))
+}
+
+/// Refuses a loss that is none: one below zero, above the load's range of travel, or within what is unseen.
+fn check_loss(loss: &Figure, unseen: f64, range: f64, late: Late) -> Result<(), Untold> {
+    let [low, high] = loss.interval;
     if high + unseen < 0.0 {
         return Err(Untold::Reversed);
     }
@@ -241,39 +258,17 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
     {
         return Err(Untold::InLateness(unseen_s));
     }
-    let whole = plain.widened(unseen);
-    let [low, high] = whole.interval;
-    // No axis gains position: below zero is what scatter and lengths make of next to none.
-    let whole = Figure {
-        value: whole.value.max(0.0),
-        interval: [low.max(0.0), high],
-        ..whole
-    };
-    let along = figure(&|x| x[ALONG]).widened(noise + of_lateness[ALONG].abs());
-    let alone = step_alone.as_ref().is_some_and(|alone| alone.rms <= near);
-    let late_s = figure(&|x| x[SPEED]);
-    let is_certain = late_s.interval[0] > 0.0 || late_s.interval[1] < 0.0;
-    let matters = late_s.value.abs() * rows.top_speed > MATTERS_SHARE * whole.value;
-    let is_late = is_certain && matters;
-    let late = is_late.then(|| LoadOff {
+    Ok(())
+}
+
+/// The lateness of the load, s, where it is certain and matters beside what is lost.
+fn late_load(late_s: Figure, top_speed: f64, lost: f64) -> Option<LoadOff> {
+    let matters = late_s.value.abs() * top_speed > MATTERS_SHARE * lost;
+    (late_s.is_told() && matters).then(|| LoadOff {
         late_s: late_s.value,
         late_interval_s: late_s.interval,
         ..LoadOff::default()
-    });
-    let lost = LostMotion {
-        total: whole,
-        step: figure(&|x| x[STEP]).widened(noise + of_lateness[STEP].abs()),
-        along,
-        saturates_after: SATURATED * lengths[best],
-        saturates_between: [
-            length(alike.first(), look.growth.recip()).unwrap_or(0.0),
-            length(alike.last(), look.growth).unwrap_or(f64::INFINITY),
-        ],
-        reversals: rows.followed.reversals,
-        rms: found.rms,
-        is_step: alone || along.interval[0] <= 0.0,
-    };
-    Ok(Loss { lost, late })
+    })
 }
 
 /// Samples at which the motor moves and the load does not follow: it crosses a gap.
@@ -619,5 +614,39 @@ impl Look {
 
     fn best(&self) -> Option<&SquaresFit<COEFFICIENTS>> {
         self.fits.get(self.best).and_then(Option::as_ref)
+    }
+
+    /// The length that explains the log best.
+    fn length(&self) -> f64 {
+        self.lengths[self.best]
+    }
+
+    /// A figure of the best fit. What another length that explains the log as well makes of it belongs to its
+    /// interval.
+    fn figure(
+        &self,
+        found: &SquaresFit<COEFFICIENTS>,
+        of: impl Fn(&[f64; COEFFICIENTS]) -> f64,
+    ) -> Figure {
+        let of_fit =
+            |fit: &SquaresFit<COEFFICIENTS>| jackknife(of(&fit.x), fit.without.iter().map(&of));
+        let alike = self.alike.iter();
+        alike
+            .filter_map(|&index| self.fits[index].as_ref())
+            .fold(of_fit(found), |figure, other| figure.joined(of_fit(other)))
+    }
+
+    /// The lengths that explain the log nearly as well, as travel to 95 %: between two that are tried another
+    /// one may lie.
+    fn saturates_between(&self) -> [f64; 2] {
+        let length = |index: Option<&usize>, beyond: f64| {
+            index
+                .and_then(|&index| self.lengths.get(index))
+                .map(|length| SATURATED * length * beyond)
+        };
+        [
+            length(self.alike.first(), self.growth.recip()).unwrap_or(0.0),
+            length(self.alike.last(), self.growth).unwrap_or(f64::INFINITY),
+        ]
     }
 }
