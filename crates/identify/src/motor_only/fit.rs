@@ -11,7 +11,8 @@ use crate::{
     result::{BacklashFit, ToldCompliance},
     settings::FitSettings,
     solver::{Clarabel, QpSolver, SolveOptions},
-    spread, window,
+    spread::{self, Spread},
+    window,
 };
 use lostmotion_base::math::quantile;
 
@@ -21,7 +22,7 @@ use super::load::find_load;
 use super::program::{Projected, Solved};
 use super::replayed::replayed;
 use super::segments::{
-    COMMON, COMPLIANCE, Cutter, DAMPING_TIME, HALF_GAP, INVERSE_INERTIA, Segment,
+    COMMON, COMPLIANCE, Cutter, DAMPING_TIME, Equation, HALF_GAP, INVERSE_INERTIA, Segment,
 };
 use super::sides::Sides;
 use super::uncertainty::{Prior, PriorKnowledge, RoundResult};
@@ -296,7 +297,16 @@ impl MotorOnlyJob<'_> {
                 compliance: solved.x[COMPLIANCE],
             };
             if round == ROUNDS_OF_CHOICE {
-                return self.report(&data, &priors, &segments, &solved, delta, found.deviation);
+                let last = LastRound {
+                    job: self,
+                    data: &data,
+                    priors: &priors,
+                    segments: &segments,
+                    solved: &solved,
+                    delta,
+                    scale: found.deviation,
+                };
+                return last.report();
             }
             // Crossings that do not fit were labelled wrongly: the load rested where it was taken
             // to slide, or the reverse.
@@ -315,78 +325,69 @@ impl MotorOnlyJob<'_> {
             needed: self.settings.min_traversals.max(usable + 1),
         }
     }
+}
 
-    fn report(
-        &self,
-        data: &Projected<COMMON>,
-        priors: &[Prior],
-        segments: &[Segment],
-        solved: &Solved<COMMON>,
-        delta: f64,
-        scale: f64,
-    ) -> Result<BacklashFit, FitError> {
-        let profiled = data.profiled(solved, delta);
-        // Whole crossings are the blocks of the jackknife.
-        let blocks = spread::blocks(&data.segment[..data.equations]);
-        let thin = || self.unclear(segments.len());
-        let spread =
-            |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
-        let (gap, compliance_spread) = (spread(HALF_GAP)?, spread(COMPLIANCE)?);
-        let prior_deviation = |which| {
-            data.prior_deviation(&profiled, solved, delta, priors, which)
-                .ok_or_else(thin)
-        };
+/// The last round of the fit.
+struct LastRound<'a> {
+    job: &'a MotorOnlyJob<'a>,
+    data: &'a Projected<COMMON>,
+    priors: &'a [Prior],
+    segments: &'a [Segment],
+    solved: &'a Solved<COMMON>,
+    /// Residual from which on the loss is linear, rad.
+    delta: f64,
+    /// Robust standard deviation of the residuals, rad.
+    scale: f64,
+}
+
+/// How well a round tells its coefficients.
+struct CoefficientSpreads {
+    gap: Spread,
+    compliance: Spread,
+    damping: Spread,
+    /// Standard deviations that the priors leave: rad, and rad/(N m).
+    gap_by_priors: f64,
+    compliance_by_priors: f64,
+}
+
+impl LastRound<'_> {
+    /// The fit.
+    fn report(&self) -> Result<BacklashFit, FitError> {
+        let (job, solved, delta) = (self.job, self.solved, self.delta);
+        let spreads = self
+            .spreads()
+            .ok_or_else(|| job.unclear(self.segments.len()))?;
         let (half_gap, compliance) = (solved.x[HALF_GAP], solved.x[COMPLIANCE]);
-        let residuals = &solved.residuals[..data.equations];
-        let equations = || segments.iter().flat_map(|segment| &segment.equations);
-        let count = equations().count().max(1) as f64;
-        // Typical wind-up, in whose parts the model's error is allowed for.
-        let wind_up =
-            compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
-        // A compliance within its own error may be gap, and the gap compliance.
-        let told_apart = compliance > MIN_COMPLIANCE_ERRORS * compliance_spread.standard_error;
-        let blurred = if told_apart {
-            0.0
-        } else {
-            BLURRED_GAP_SHARE * half_gap
-        };
-        let allowance =
-            RESOLUTION_SHARE * self.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred;
+        let residuals = self.residuals();
+        let allowance = self.allowance_rad(&spreads);
         // Scatter and priors are independent; the allowance is not random and is added.
-        let half_width = math::hypot(gap.half_width, 2.0 * prior_deviation(HALF_GAP)?) + allowance;
+        let half_width =
+            math::hypot(spreads.gap.half_width, 2.0 * spreads.gap_by_priors) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let compliance_half_width = math::hypot(
-            compliance_spread.half_width,
-            2.0 * prior_deviation(COMPLIANCE)?,
+            spreads.compliance.half_width,
+            2.0 * spreads.compliance_by_priors,
         );
         let told = ToldCompliance::new(
             compliance,
             compliance_half_width + COMPLIANCE_ERROR_SHARE * compliance,
         );
         let damping = solved.x[DAMPING_TIME];
-        let damping_half_width = spread(DAMPING_TIME)?.half_width;
+        let damping_half_width = spreads.damping.half_width;
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,
             upper_rad: interval[1],
         });
-        let positive = equations().filter(|equation| equation.side > 0.0).count();
-        // The inertia of this fit replaces that of the sliding windows, if it found one.
-        let load = FittedLoad {
-            inertia_kgm2: if solved.x[INVERSE_INERTIA] > 0.0 {
-                1.0 / solved.x[INVERSE_INERTIA]
-            } else {
-                self.load.inertia_kgm2
-            },
-            ..self.load
-        };
+        let equations = self.equations();
+        let positive = equations.filter(|equation| equation.side > 0.0).count();
         Ok(BacklashFit {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
-            half_gap_error_rad: gap.standard_error,
+            half_gap_error_rad: spreads.gap.standard_error,
             half_gap_allowance_rad: allowance,
             half_gap_lateness_rad: 0.0,
             compliance_rad_per_nm: compliance,
-            compliance_error_rad_per_nm: compliance_spread.standard_error,
+            compliance_error_rad_per_nm: spreads.compliance.standard_error,
             compliance_interval_rad_per_nm: told.compliance_interval_rad_per_nm,
             stiffness_nm_per_rad: told.stiffness_nm_per_rad,
             stiffness_interval_nm_per_rad: told.stiffness_interval_nm_per_rad,
@@ -397,26 +398,88 @@ impl MotorOnlyJob<'_> {
             current_late_s: (-damping).max(0.0),
             current_late_interval_s: [-damping - damping_half_width, -damping + damping_half_width]
                 .map(|end| if damping < 0.0 { end.max(0.0) } else { 0.0 }),
-            motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
-            residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
-            residual_scale_rad: scale,
+            motor_inertia_kgm2: job.settings.motor_inertia_kgm2.unwrap_or(0.0),
+            residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / self.count()).sqrt(),
+            residual_scale_rad: self.scale,
             huber_delta_rad: delta,
             outliers: residuals.iter().filter(|r| r.abs() > delta).count(),
-            torque_threshold_nm: self.threshold_nm,
-            samples_logged: self.log.len(),
-            window_samples: self.half,
+            torque_threshold_nm: job.threshold_nm,
+            samples_logged: job.log.len(),
+            window_samples: job.half,
             samples_used: residuals.len(),
             samples_positive: positive,
             samples_negative: residuals.len() - positive,
-            traversals: self.changes,
-            blocks: gap.blocks,
-            effective_samples: gap.effective_samples,
+            traversals: job.changes,
+            blocks: spreads.gap.blocks,
+            effective_samples: spreads.gap.effective_samples,
             excited: reason.is_none(),
             reason,
-            load: Some(load),
+            load: Some(self.load()),
             load_off: None,
             solver: solved.report.clone(),
         })
+    }
+
+    /// How well the coefficients are told; `None` where too few crossings are left to tell it.
+    fn spreads(&self) -> Option<CoefficientSpreads> {
+        let (data, solved, delta) = (self.data, self.solved, self.delta);
+        let profiled = data.profiled(solved, delta);
+        // Whole crossings are the blocks of the jackknife.
+        let blocks = spread::blocks(&data.segment[..data.equations]);
+        let spread = |which| spread::spread(&profiled, &solved.x, delta, &blocks, which);
+        let by_priors = |which| data.prior_deviation(&profiled, solved, delta, self.priors, which);
+        Some(CoefficientSpreads {
+            gap: spread(HALF_GAP)?,
+            compliance: spread(COMPLIANCE)?,
+            damping: spread(DAMPING_TIME)?,
+            gap_by_priors: by_priors(HALF_GAP)?,
+            compliance_by_priors: by_priors(COMPLIANCE)?,
+        })
+    }
+
+    /// The windows' equations.
+    fn equations(&self) -> impl Iterator<Item = &Equation> {
+        self.segments.iter().flat_map(|segment| &segment.equations)
+    }
+
+    /// How many there are.
+    fn count(&self) -> f64 {
+        self.equations().count().max(1) as f64
+    }
+
+    /// Residuals of the windows' equations, rad.
+    fn residuals(&self) -> &[f64] {
+        &self.solved.residuals[..self.data.equations]
+    }
+
+    /// What the gap is told by less beside scatter and priors, rad: resolution, error of the model, and what of a
+    /// compliance within its own error may be gap.
+    fn allowance_rad(&self, spreads: &CoefficientSpreads) -> f64 {
+        let (half_gap, compliance) = (self.solved.x[HALF_GAP], self.solved.x[COMPLIANCE]);
+        // Typical wind-up, in whose parts the model's error is allowed for.
+        let squares = self.equations().map(|e| e.torque * e.torque);
+        let wind_up = compliance * (squares.sum::<f64>() / self.count()).sqrt();
+        // A compliance within its own error may be gap, and the gap compliance.
+        let told_apart = compliance > MIN_COMPLIANCE_ERRORS * spreads.compliance.standard_error;
+        let blurred = if told_apart {
+            0.0
+        } else {
+            BLURRED_GAP_SHARE * half_gap
+        };
+        RESOLUTION_SHARE * self.job.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred
+    }
+
+    /// The load, with the inertia of this fit in the place of that of the sliding windows, if it found one.
+    fn load(&self) -> FittedLoad {
+        let inverse_inertia = self.solved.x[INVERSE_INERTIA];
+        FittedLoad {
+            inertia_kgm2: if inverse_inertia > 0.0 {
+                1.0 / inverse_inertia
+            } else {
+                self.job.load.inertia_kgm2
+            },
+            ..self.job.load
+        }
     }
 }
 
