@@ -41,15 +41,7 @@ pub(super) fn machine(
     named: Option<&str>,
 ) -> Result<Imported, Vec<Problem>> {
     let preset = named.unwrap_or(USUAL_PRESET);
-    let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
-    if !known.contains(&preset) {
-        return Err(vec![problem(
-            1,
-            "preset",
-            format!("there is no machine `{preset}`"),
-            &format!("known are {}", known.join(", ")),
-        )]);
-    }
+    check_preset(preset)?;
     // In the order of the axes, as machine files and results have them.
     draft.axes.sort_by_key(|axis| axis.id);
     let reversed: Vec<Problem> = draft.axes.iter().filter_map(reversed).collect();
@@ -61,48 +53,7 @@ pub(super) fn machine(
         unused_steps(&draft, preset, &mut rows);
     }
     let mut axes = String::new();
-    let mut travel = Vec::new();
-    let mut lenders = BTreeMap::new();
-    // Told limits stay; drive, motor, load and all other limits come from the lender.
-    for axis in &draft.axes {
-        let lender = lender(axis, preset, &mut lenders).ok_or_else(|| {
-            vec![problem(
-                1,
-                "preset",
-                format!("no machine lends an axis like {}", axis.id),
-                "",
-            )]
-        })?;
-        // A machine that the user names lends its servos, whatever moves the axis.
-        let stepper = axis.stepper.as_ref().filter(|_| named.is_none());
-        // Printers have their bed beyond zero, and nothing but its length is lent.
-        let from_zero = draft.size == MachineSize::Printer
-            && matches!(
-                draft.kinematics,
-                KinematicsSpec::Cartesian(_) | KinematicsSpec::CoreXy(_)
-            )
-            && !axis.rotary
-            && axis.min.is_none()
-            && axis.max.is_none();
-        let endless = lender.preset == ROTARY_LENDER
-            && named != Some(ROTARY_LENDER)
-            && matches!(draft.kinematics, KinematicsSpec::Cartesian(_))
-            && axis.rotary
-            && axis.min.is_none()
-            && axis.max.is_none();
-        let ends = match (from_zero, endless) {
-            (true, _) => Ends::FromZero,
-            (_, true) => Ends::Endless,
-            _ => Ends::Lent,
-        };
-        let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), ends, &mut axes, &mut rows);
-        travel.push(ends);
-        match stepper {
-            Some(own) => stepper::drive(axis, own, draft.size, dynamic, &mut axes, &mut rows),
-            None => section(axis, &lender, &mut axes, &mut rows),
-        }
-        carried(axis, &mut axes);
-    }
+    let travel = sections(&draft, named, &mut axes, &mut rows)?;
     // A pose has several solutions: home says on which of them the machine stands.
     if let KinematicsSpec::Chain(chain) = &mut draft.kinematics
         && chain.words == Some(Words::Pose)
@@ -138,6 +89,54 @@ pub(super) fn machine(
             })
             .collect()),
     }
+}
+
+/// Refuses a preset that there is not.
+fn check_preset(preset: &str) -> Result<(), Vec<Problem>> {
+    let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
+    if known.contains(&preset) {
+        return Ok(());
+    }
+    Err(vec![problem(
+        1,
+        "preset",
+        format!("there is no machine `{preset}`"),
+        &format!("known are {}", known.join(", ")),
+    )])
+}
+
+/// Writes the sections of all axes; gives their travel, mm or deg. Told limits stay; drive, motor, load and all
+/// other limits come from the lender.
+fn sections(
+    draft: &Draft,
+    named: Option<&str>,
+    out: &mut String,
+    rows: &mut Vec<Row>,
+) -> Result<Vec<(f64, f64)>, Vec<Problem>> {
+    let mut travel = Vec::new();
+    let mut lenders = BTreeMap::new();
+    let preset = named.unwrap_or(USUAL_PRESET);
+    for axis in &draft.axes {
+        let lender = lender(axis, preset, &mut lenders).ok_or_else(|| {
+            vec![problem(
+                1,
+                "preset",
+                format!("no machine lends an axis like {}", axis.id),
+                "",
+            )]
+        })?;
+        // A machine that the user names lends its servos, whatever moves the axis.
+        let stepper = axis.stepper.as_ref().filter(|_| named.is_none());
+        let ends = Ends::of(draft, axis, &lender, named);
+        let (ends, dynamic) = limits(axis, &lender, stepper.is_some(), ends, out, rows);
+        travel.push(ends);
+        match stepper {
+            Some(own) => stepper::drive(axis, own, draft.size, dynamic, out, rows),
+            None => section(axis, &lender, out, rows),
+        }
+        carried(axis, out);
+    }
+    Ok(travel)
 }
 
 /// What is told of steppers means nothing where a machine is named that lends its servos.
@@ -246,6 +245,28 @@ enum Ends {
     FromZero,
     /// Turning as often as it likes.
     Endless,
+}
+
+impl Ends {
+    /// For an axis of a draft; `named` is the machine that the user names.
+    fn of(draft: &Draft, axis: &DraftAxis, lender: &Lender, named: Option<&str>) -> Ends {
+        let kinematics = &draft.kinematics;
+        let is_cartesian = matches!(kinematics, KinematicsSpec::Cartesian(_));
+        let is_told = axis.min.is_some() || axis.max.is_some();
+        // Printers have their bed beyond zero, and nothing but its length is lent.
+        let from_zero = draft.size == MachineSize::Printer
+            && (is_cartesian || matches!(kinematics, KinematicsSpec::CoreXy(_)))
+            && !axis.rotary;
+        let endless = lender.preset == ROTARY_LENDER
+            && named != Some(ROTARY_LENDER)
+            && is_cartesian
+            && axis.rotary;
+        match (is_told, from_zero, endless) {
+            (false, true, _) => Ends::FromZero,
+            (false, _, true) => Ends::Endless,
+            _ => Ends::Lent,
+        }
+    }
 }
 
 /// Writes an axis' limits, of one that steps or not; gives its travel, and its velocity and
