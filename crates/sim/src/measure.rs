@@ -267,28 +267,12 @@ pub fn measurements(
     options: &SimulateOptions,
     wanted: &MeasureOptions,
 ) -> Result<Measurements, SimError> {
-    if !(wanted.share > 0.0 && wanted.share < 1.0) {
-        return Err(SimError::refused(
-            format!("a value cannot be off by {} of itself", wanted.share),
-            "0.3 is 30 %",
-        ));
-    }
-    if !(wanted.guess > 1.0 && wanted.guess <= 100.0) {
-        return Err(SimError::refused(
-            format!("a guess cannot be off by a factor of {}", wanted.guess),
-            "from above 1 to 100",
-        ));
-    }
+    check(wanted)?;
     let own;
     let part = match part {
         Some(part) => part,
         None => {
-            let circle = TestOptions {
-                radius_mm: Some(RADIUS_MM),
-                ..TestOptions::default()
-            };
-            let text = program(machine, TestKind::Ballbar, &circle)?;
-            own = Program::from_str("a circle of 10 mm in both senses", &text);
+            own = circle(machine)?;
             &own
         }
     };
@@ -325,33 +309,18 @@ pub fn measurements(
         measure: Vec::new(),
         tried: 0,
     };
+    let runs = ValueRuns {
+        machine,
+        part,
+        options,
+    };
     for axis in axes {
         for value in Value::ALL {
             let guess = is_guess(guesses, axis.id, value);
-            let [up, down] = factors(value, axis, guess, wanted);
-            let mut change = Some((0.0_f64, 0.0_f64));
-            for factor in [up, down] {
-                let config = value.times(&axis.config, factor);
-                // What the description cannot be is no uncertainty of it.
-                if config.check().is_err() {
-                    continue;
-                }
-                let changed = machine.with_axis_config(axis.id, &config);
-                let run = Simulation::new(part, &changed)
-                    .options(options.clone())
-                    .run()?;
-                answer.runs += 1;
-                answer.motion_s += run.plan.duration_s;
-                let result = run.first().filter(|result| result.stop.is_none());
-                change = match (change, result) {
-                    (Some((max, rms)), Some(result)) => Some((
-                        max.max((result.cutting.max - max_um).abs()),
-                        rms.max((result.cutting.rms - rms_um).abs()),
-                    )),
-                    _ => None,
-                };
-            }
+            let ends = factors(value, axis, guess, wanted);
+            let change = runs.change(axis, value, ends, &mut answer)?;
             answer.tried += 1;
+            let [up, down] = ends;
             answer.measure.push(Measurement {
                 axis: axis.id.letter(),
                 quantity: value.name().to_owned(),
@@ -367,6 +336,76 @@ pub fn measurements(
     }
     rank(&mut answer);
     Ok(answer)
+}
+
+/// Refuses options out of range.
+fn check(wanted: &MeasureOptions) -> Result<(), SimError> {
+    if !(wanted.share > 0.0 && wanted.share < 1.0) {
+        return Err(SimError::refused(
+            format!("a value cannot be off by {} of itself", wanted.share),
+            "0.3 is 30 %",
+        ));
+    }
+    if !(wanted.guess > 1.0 && wanted.guess <= 100.0) {
+        return Err(SimError::refused(
+            format!("a guess cannot be off by a factor of {}", wanted.guess),
+            "from above 1 to 100",
+        ));
+    }
+    Ok(())
+}
+
+/// The part where none is given: a circle in both senses.
+fn circle(machine: &Machine) -> Result<Program, SimError> {
+    let circle = TestOptions {
+        radius_mm: Some(RADIUS_MM),
+        ..TestOptions::default()
+    };
+    let text = program(machine, TestKind::Ballbar, &circle)?;
+    Ok(Program::from_str("a circle of 10 mm in both senses", &text))
+}
+
+/// What is run with every value that is off.
+struct ValueRuns<'a> {
+    machine: &'a Machine,
+    part: &'a Program,
+    options: &'a SimulateOptions,
+}
+
+impl ValueRuns<'_> {
+    /// By how much the largest contour error and its root mean square change at most where a value is these times
+    /// too large or too small, um; `None` if the machine stops with it. Counts the runs.
+    fn change(
+        &self,
+        axis: &MachineAxis,
+        value: Value,
+        ends: [f64; 2],
+        answer: &mut Measurements,
+    ) -> Result<Option<(f64, f64)>, SimError> {
+        let mut change = Some((0.0_f64, 0.0_f64));
+        for factor in ends {
+            let config = value.times(&axis.config, factor);
+            // What the description cannot be is no uncertainty of it.
+            if config.check().is_err() {
+                continue;
+            }
+            let changed = self.machine.with_axis_config(axis.id, &config);
+            let run = Simulation::new(self.part, &changed)
+                .options(self.options.clone())
+                .run()?;
+            answer.runs += 1;
+            answer.motion_s += run.plan.duration_s;
+            let result = run.first().filter(|result| result.stop.is_none());
+            change = match (change, result) {
+                (Some((max, rms)), Some(result)) => Some((
+                    max.max((result.cutting.max - answer.max_um).abs()),
+                    rms.max((result.cutting.rms - answer.rms_um).abs()),
+                )),
+                _ => None,
+            };
+        }
+        Ok(change)
+    }
 }
 
 /// The axes that move in a run.
