@@ -255,38 +255,9 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         }
     }
     let followers = followers(&all, &numbers);
-    for number in numbers {
-        if followers.iter().any(|(own, _)| *own == number) {
-            continue;
-        }
-        let Some((axis, named)) = all.axis(number) else {
-            let why = "its name (1020) is no letter of an axis";
-            draft.row(format!("A{number}"), "", Fate::Ignored, why);
-            continue;
-        };
-        let is_told = |key: &u32| all.of(*key, number).is_some();
-        if ![1420, 1320, 1851].iter().any(is_told) {
-            draft.expected.push((axis, "1020 names it"));
-            continue;
-        }
-        let turns = all.of(1006, number).is_some_and(|it| it.bit(0));
-        if turns != axis.is_rotary() && named {
-            let note = format!("{axis} does not {}", if turns { "turn" } else { "slide" });
-            draft.row(format!("A{number}"), "", Fate::Ignored, note);
-            continue;
-        }
-        if !named {
-            let why = "its name (1020) is not in the file: by its number";
-            draft.row(
-                format!("A{number}"),
-                format!("axis {axis}"),
-                Fate::Guessed,
-                why,
-            );
-        }
-        if let Err(found) = take(&mut draft, &all, number, axis) {
-            problems.push(found);
-        }
+    let own = |number: &usize| followers.iter().all(|(own, _)| own != number);
+    for number in numbers.into_iter().filter(own) {
+        problems.extend(numbered(&mut draft, &all, number).err());
     }
     for (own, leading) in &followers {
         problems.extend(follow(&mut draft, &all, *own, *leading).err());
@@ -322,6 +293,36 @@ fn backlash_acceleration(number: u32, value: &str) -> &'static str {
         2009 | 2048 | 2071 => "of the backlash acceleration (2003#5), which is not carried",
         _ => "",
     }
+}
+
+/// Takes over what is told of the axis of a number, or says why it is left out.
+fn numbered(draft: &mut Draft, all: &PunchedOut<'_>, number: usize) -> Result<(), Problem> {
+    let Some((axis, named)) = all.axis(number) else {
+        let why = "its name (1020) is no letter of an axis";
+        draft.row(format!("A{number}"), "", Fate::Ignored, why);
+        return Ok(());
+    };
+    let is_told = |key: &u32| all.of(*key, number).is_some();
+    if ![1420, 1320, 1851].iter().any(is_told) {
+        draft.expected.push((axis, "1020 names it"));
+        return Ok(());
+    }
+    let turns = all.of(1006, number).is_some_and(|it| it.bit(0));
+    if turns != axis.is_rotary() && named {
+        let note = format!("{axis} does not {}", if turns { "turn" } else { "slide" });
+        draft.row(format!("A{number}"), "", Fate::Ignored, note);
+        return Ok(());
+    }
+    if !named {
+        let why = "its name (1020) is not in the file: by its number";
+        draft.row(
+            format!("A{number}"),
+            format!("axis {axis}"),
+            Fate::Guessed,
+            why,
+        );
+    }
+    take(draft, all, number, axis)
 }
 
 /// The axes that follow another (8311 of the one that follows names the one that leads), and the number

@@ -174,13 +174,14 @@ mod tests {
         let wanted = RecommendOptions::default();
         let told = told(&machine, Control::LinuxCnc, &counting, &wanted);
         let gantry = told.gantry().unwrap();
-        let first = &told.axis(gantry.axis).unwrap().config.compensation;
-        let second = &gantry.second.compensation;
-        assert!(second.fixed_linuxcnc.acceleration_units_s2.is_some());
-        assert_eq!(second.fixed_linuxcnc, first.fixed_linuxcnc);
-        assert_eq!(
-            second.fixed_mach3.speed_units_s,
-            first.fixed_mach3.speed_units_s
-        );
+        let limits = |config: &AxisConfig| {
+            let linuxcnc = &config.compensation.fixed_linuxcnc;
+            let mach3 = &config.compensation.fixed_mach3;
+            let speeds = (linuxcnc.velocity_units_s, mach3.speed_units_s);
+            (speeds, linuxcnc.acceleration_units_s2)
+        };
+        let first = &told.axis(gantry.axis).unwrap().config;
+        assert!(limits(first).1.is_some());
+        assert_eq!(limits(&gantry.second), limits(first));
     }
 }
