@@ -315,7 +315,12 @@ mod tests {
         let (unknown, slippery) = ([-0.01, 0.05], [-0.01, 0.004]);
         assert_eq!(rest(&mut trust, 3.0, unknown), 0.0);
         // others that are not ready show nothing; a pause of those that were takes nothing back
-        for (others, expected) in [(Some(0.0), 0.0), (Some(1.0), 1.0), (None, 1.0), (Some(0.5), 0.0)] {
+        for (others, expected) in [
+            (Some(0.0), 0.0),
+            (Some(1.0), 1.0),
+            (None, 1.0),
+            (Some(0.5), 0.0),
+        ] {
             trust.heed(heeded(others));
             assert_eq!(rest(&mut trust, 0.1, unknown), expected, "{others:?}");
         }
