@@ -344,10 +344,11 @@ fn follow(
     own: usize,
     leading: usize,
 ) -> Result<(), Problem> {
-    let Some(axis) = all.axis(leading).map(|(axis, _)| axis) else {
-        return Ok(());
-    };
-    let Some(index) = draft.axes.iter().position(|it| it.id == axis) else {
+    let axis = all.axis(leading).map(|(axis, _)| axis);
+    let index = draft.axes.iter().position(|it| Some(it.id) == axis);
+    let (Some(axis), Some(index)) = (axis, index) else {
+        let why = format!("follows A{leading} (8311), which is left out");
+        draft.row(format!("A{own}"), "", Fate::Ignored, why);
         return Ok(());
     };
     draft.axes[index].further_motor(&format!("A{own}"));
