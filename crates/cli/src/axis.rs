@@ -352,9 +352,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
     let result = fit_axis(&rows, axis.as_ref())
         .map_err(|error| Failure::message(format!("{name}: {error}")))?;
     write(file, &result)?;
-    if !quiet {
-        output::print(&summary(&result))?;
-    }
+    output::print(&summary(&result))?;
     Ok(DONE)
 }
 

@@ -25,6 +25,12 @@ const DOUBTFUL_MM: f64 = 0.02;
 /// Shortest ballbar there is, mm.
 const LEAST_BAR_MM: f64 = 45.0;
 
+/// Longest ballbar that is believed, mm. A choice: twice the longest that bars are extended to.
+const LONGEST_BAR_MM: f64 = 3000.0;
+
+/// Farthest that a ballbar is believed to travel, mm. A choice: several times what its sensor can.
+const MOST_DEVIATION_MM: f64 = 5.0;
+
 /// Plane of a circle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PlaneName {
@@ -86,6 +92,7 @@ pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
         names.push(name);
     }
     let radius_mm = nominal(args, &logs, &names, quiet)?;
+    check_size(radius_mm, &logs, &names)?;
     let traces: Vec<BallbarTrace> = logs
         .iter()
         .flat_map(|log| log.senses.iter().map(move |sense| (log, sense)))
@@ -155,6 +162,40 @@ pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// Refuses lengths that no ballbar has: they are in another unit.
+fn check_size(radius_mm: f64, logs: &[BallbarLog], names: &[String]) -> Result<(), Failure> {
+    if radius_mm > LONGEST_BAR_MM {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: a radius of {radius_mm} mm is longer than any ballbar ({LONGEST_BAR_MM} mm)",
+                names.join(", ")
+            ),
+            "radii in micrometres: --column radius=NAME,unit=um",
+        ));
+    }
+    for (log, name) in logs.iter().zip(names) {
+        let (role, zero) = if log.is_deviation {
+            ("deviation", 0.0)
+        } else {
+            ("radius", radius_mm)
+        };
+        let off = |(_, value): &&(f64, f64)| (value - zero).abs() > MOST_DEVIATION_MM;
+        if let Some((angle, value)) = log.senses.iter().flatten().find(off) {
+            return Err(Failure::with_hint(
+                format!(
+                    "{name}: at {:.1} deg the radius is {} mm off the nominal {radius_mm} mm, farther than a ballbar travels ({MOST_DEVIATION_MM} mm)",
+                    angle.to_degrees(),
+                    value - zero
+                ),
+                format!(
+                    "is the unit another one, --column {role}=NAME,unit=um, or the nominal radius, --radius-mm 150?"
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// The nominal radius: told, or that of the sheets.
 fn nominal(
     args: &Ballbar,
@@ -183,6 +224,7 @@ fn nominal(
         .collect();
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let whole = mean.round();
+    check_size(mean, &[], names)?;
     if (mean - whole).abs() > WHOLE_MM || whole <= 0.0 {
         return Err(Failure::with_hint(
             format!(

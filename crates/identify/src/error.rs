@@ -294,6 +294,9 @@ pub enum Cause {
     /// Current in percent of the rated one.
     #[error("the current looks like percent of the rated current; `current_a` is in A")]
     PercentOfRated,
+    /// Current in percent of the largest one.
+    #[error("the current looks like percent of the drive's largest current; `current_a` is in A")]
+    PercentOfLimit,
     /// Current in mA, in percent, or the motor of another axis.
     #[error(
         "the current looks like milliamperes or percent of the rated current; `current_a` is in A"
@@ -335,6 +338,11 @@ pub enum Cause {
     /// A column is no position of this axis.
     #[error("the columns look mixed up: one of the two positions is none")]
     MixedColumns,
+    /// Inertia and friction are another one's by one factor.
+    #[error(
+        "inertia and friction are off alike: the current is in another unit or scaling than A, or the torque constant is another one"
+    )]
+    CurrentScale,
     /// No unit explains it.
     #[error("torque constant, inertia or lead of another axis, or a unit that is not recognised")]
     OtherAxis,

@@ -318,6 +318,10 @@ fn cause_of(ratio: f64, settings: &FitSettings) -> Cause {
     let known = [
         (Some(1e6), Cause::Milliseconds),
         (percent, Cause::PercentOfRated),
+        (
+            settings.current_limit_a.map(|limit| 100.0 / limit),
+            Cause::PercentOfLimit,
+        ),
         (Some(25.4), Cause::Inches),
         (Some(1e3), Cause::Thousand),
         (Some(1e-3), Cause::Micrometres),

@@ -31,6 +31,8 @@ pub struct FitSettings {
     pub known_inertia_kgm2: Option<f64>,
     /// Rated torque of the motor, N m: names a current in percent.
     pub rated_torque_nm: Option<f64>,
+    /// Largest current of the drive, A: names a current in percent of it.
+    pub current_limit_a: Option<f64>,
     /// Angle of the motor for a unit of the log's positions, rad: names positions that are the
     /// motor's turns or its angle.
     pub motor_rad_per_unit: Option<f64>,
@@ -74,6 +76,7 @@ impl Default for FitSettings {
             motor_coulomb_nm: 0.0,
             known_inertia_kgm2: None,
             rated_torque_nm: None,
+            current_limit_a: None,
             motor_rad_per_unit: None,
             motor_friction_known: true,
             stiffness_nm_per_rad: None,
@@ -122,6 +125,7 @@ impl FitSettings {
                 axis.motor_side_inertia_kgm2() + axis.reflected_load().inertia_kgm2,
             ),
             rated_torque_nm: Some(motor.rated_torque_nm),
+            current_limit_a: Some(axis.drive.current_limit_a),
             motor_rad_per_unit: Some(axis.transmission.motor_rad_per_unit()),
             ..Self::new(
                 motor.torque_constant_nm_per_a,
@@ -172,6 +176,7 @@ impl FitSettings {
             ("motor_inertia_kgm2", self.motor_inertia_kgm2),
             ("known_inertia_kgm2", self.known_inertia_kgm2),
             ("rated_torque_nm", self.rated_torque_nm),
+            ("current_limit_a", self.current_limit_a),
             (
                 "motor_viscous_nm_s_per_rad",
                 Some(self.motor_viscous_nm_s_per_rad),

@@ -258,6 +258,15 @@ fn check_needed(
                 .map(|channel| channel.name.as_str())
                 .collect();
             let names = lostmotion_base::text::shortened(&names.join(", "), 240);
+            let is_accelerometer = matches!(
+                header.format,
+                Format::KlipperAccelerometer | Format::DuetAccelerometer
+            );
+            if is_accelerometer {
+                let what = format!("an accelerometer's log has no {role}");
+                let hint = "it is listed by `axis log` alone: a fit needs the positions and the current of a drive";
+                return Err(LogError::file(name, what, hint));
+            }
             let unit = if is_position(role) { "mm" } else { "a" };
             let what = format!(
                 "there is no column `{role}_{unit}` and none that is known to be the {role}; the columns are: {names}"
@@ -316,11 +325,12 @@ fn factors(
                 "`{}` is in {found}, but the motor's position is in {unit}",
                 called(other)
             );
-            return Err(LogError::file(
-                name,
-                what,
-                "give both as lengths or both as angles",
-            ));
+            let hint = format!(
+                "give both as lengths or both as angles; an angle of the motor with how far the axis moves for it: --column {}={},unit=mm,scale=MM_A_DEGREE",
+                Role::Motor,
+                motor.map_or("NAME", called)
+            );
+            return Err(LogError::file(name, what, hint));
         }
         let base = if is_position(other.role) {
             unit.factor

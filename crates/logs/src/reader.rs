@@ -9,7 +9,7 @@ use crate::source::{Format, Head, Header, Input, ReadOptions, Row, Source};
 use crate::text::Lines;
 use crate::{accelerometer, camonitor, halsampler, halscope, sinumerik, table, tncscope, twincat};
 use std::fmt;
-use std::io::{BufRead, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 
 /// Bytes that are looked at before the first row is given. A choice: the header of a trace with
 /// some hundred signals, and enough rows to see which numbers belong together.
@@ -70,6 +70,11 @@ impl<'a> LogReader<'a> {
             return Ok(Self::of(name, header, source));
         }
         let whole = head.len() < HEAD_BYTES;
+        if memchr::memchr(b'\n', &head).is_none() && memchr::memchr(b'\r', &head).is_some() {
+            let fed = LineFeeds(Cursor::new(head).chain(input));
+            let fed: Box<dyn BufRead + 'a> = Box::new(BufReader::new(fed));
+            return Self::new(fed, name, options);
+        }
         let seen = Head::new(&head, whole);
         refuse_others(name, &head, &seen)?;
         let format = format(&seen);
@@ -146,6 +151,19 @@ impl<'a> LogReader<'a> {
     /// What was noticed since the last call: rows that were dropped, columns that were left out.
     pub fn remarks(&mut self) -> Vec<String> {
         self.source.remarks()
+    }
+}
+
+/// A text whose lines end with CR alone, with LF in its place.
+struct LineFeeds<R>(R);
+
+impl<R: Read> Read for LineFeeds<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.0.read(buffer)?;
+        for byte in buffer.iter_mut().take(count).filter(|byte| **byte == b'\r') {
+            *byte = b'\n';
+        }
+        Ok(count)
     }
 }
 

@@ -391,9 +391,16 @@ pub(crate) fn assign(
     told: &[ColumnSpec],
 ) -> Result<(Vec<Assigned>, Vec<String>), LogError> {
     let mut assigned = assign_told(file, header, told)?;
+    let foreign = commands_of_another_encoder(header, &assigned);
+    let name = |place: usize| {
+        header
+            .channels
+            .get(place)
+            .map_or("", |channel| channel.name.as_str())
+    };
     let mut said = Vec::new();
     for &(role, _) in ROLES {
-        if assigned.iter().any(|other| other.role == role) {
+        if !lacks(&assigned, role) {
             continue;
         }
         let mut found = header
@@ -403,6 +410,7 @@ pub(crate) fn assign(
             .filter(|(place, channel)| {
                 role_of(header.format, &channel.name) == Some(role)
                     && !assigned.iter().any(|other| other.channel == *place)
+                    && !foreign.contains(place)
             });
         let (one, two) = (found.next(), found.next());
         match (one, two) {
@@ -431,7 +439,56 @@ pub(crate) fn assign(
             _ => {}
         }
     }
+    if let Some(place) = foreign.first().filter(|_| lacks(&assigned, Role::Command)) {
+        said.push(format!(
+            "`{}` is left out: the position loop is closed over another encoder than the motor's, so that lag and gains are not told",
+            name(*place)
+        ));
+    }
     Ok((assigned, said))
+}
+
+fn lacks(assigned: &[Assigned], role: Role) -> bool {
+    assigned.iter().all(|other| other.role != role)
+}
+
+/// The encoder that a name of a Sinumerik tells: the motor's is the first, that of a scale the second.
+fn encoder_of(format: Format, name: &str) -> Option<u8> {
+    let lower = name.to_lowercase();
+    [("1stenc", 1), ("2ndenc", 2)]
+        .into_iter()
+        .find(|(part, _)| format == Format::SinumerikTrace && lower.contains(part))
+        .map(|(_, encoder)| encoder)
+}
+
+/// Commands of another encoder than the motor's position: what is lost between the two would pass for lag.
+fn commands_of_another_encoder(header: &Header, told: &[Assigned]) -> Vec<usize> {
+    let format = header.format;
+    let named = || {
+        header
+            .channels
+            .iter()
+            .find(|channel| role_of(format, &channel.name) == Some(Role::Motor))
+    };
+    let motor = match told.iter().find(|other| other.role == Role::Motor) {
+        Some(told) => header.channels.get(told.channel),
+        None => named(),
+    };
+    let Some(encoder) = motor.and_then(|motor| encoder_of(format, &motor.name)) else {
+        return Vec::new();
+    };
+    let is_foreign = |name: &str| {
+        role_of(format, name) == Some(Role::Command)
+            && encoder_of(format, name).is_some_and(|of| of != encoder)
+    };
+    (0..header.channels.len())
+        .filter(|place| {
+            header
+                .channels
+                .get(*place)
+                .is_some_and(|channel| is_foreign(&channel.name))
+        })
+        .collect()
 }
 
 impl Assigned {

@@ -356,6 +356,8 @@ impl<R: BufRead> Source for Table<R> {
                 && cells.len() == 2 * self.layout.columns
             {
                 "decimal commas between commas: export with semicolons"
+            } else if !self.lines.ended() {
+                "the file ends within a line: take out this last line, and what is before it is read"
             } else {
                 ""
             };

@@ -18,7 +18,7 @@ use lostmotion::identify::body::{
     fit_servo, replay, times_go_with,
 };
 use lostmotion::identify::{
-    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash,
+    BacklashFit, BacklashLog, Cause, FitError, FitSettings, MotorLog, fit_backlash,
 };
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
@@ -174,6 +174,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let body = fit_body(&body_log, &motion);
     refuse_reversed(&body, &scales, &name)?;
     let (gap, doubt) = believed_gap(&log, described, (unit, lateness_s), &name)?;
+    let doubt = doubt.or_else(|| scaled_alike(&gap, &body, described, &scales));
     // A long log is not held twice.
     let by_current = matches!(log.drive, Some(DriveSignal::Current(_)));
     drop(log);
@@ -299,6 +300,37 @@ fn believed_gap(
     Ok((found, doubt))
 }
 
+/// By how much inertia and friction may be off the description differently, as a ratio, for both to be off by
+/// the current's scale. A choice: of another axis the two have nothing to do with each other.
+const ALIKE: f64 = 1.15;
+
+/// The current's scale as what is likely wrong, where inertia and friction are off the description alike.
+fn scaled_alike(
+    gap: &Result<BacklashFit, GapError>,
+    body: &Result<RigidBody, String>,
+    described: Option<&AxisConfig>,
+    scales: &Scales,
+) -> Option<String> {
+    let is_off = matches!(
+        gap,
+        Err(GapError::Fit(FitError::Implausible {
+            cause: Cause::OtherAxis,
+            ..
+        }))
+    );
+    let (axis, body) = (described.filter(|_| is_off)?, body.as_ref().ok()?);
+    if !(scales.has_force() && body.is_one_body() && body.coulomb.is_told()) {
+        return None;
+    }
+    let (load, r) = (axis.reflected_load(), scales.per_rad);
+    let inertia = (axis.motor_side_inertia_kgm2() + load.inertia_kgm2) / (r * r);
+    let coulomb = (axis.motor.coulomb_nm + load.coulomb_nm) / r;
+    let apart = (body.inertia.value / inertia) / (body.coulomb.value / coulomb);
+    (1.0 / ALIKE..ALIKE)
+        .contains(&apart)
+        .then(|| Cause::CurrentScale.to_string())
+}
+
 /// Why there is no gap.
 enum GapError {
     /// What the log or the call lacks.
@@ -325,7 +357,7 @@ fn gap(
 ) -> Result<BacklashFit, GapError> {
     let missing = |what: &str| Err(GapError::Missing(what.to_owned()));
     let (Some(axis), Some(drive)) = (described, &log.drive) else {
-        return missing("needs the load's position, a current, and --axis");
+        return missing("needs the load's position, a current, torque or force, and --axis");
     };
     let scale =
         rad_per_unit(axis, unit, name).map_err(|failure| GapError::Missing(failure.text()))?;
@@ -336,24 +368,28 @@ fn gap(
         lateness_s,
         ..FitSettings::for_axis(axis)
     };
-    if let DriveSignal::Current(current) = drive
-        && !log.load.is_empty()
-    {
-        return BacklashLog::from_rows(
-            &log.time_s,
-            scaled(&log.motor, scale),
-            scaled(&log.load, scale),
-            current.clone(),
-        )
-        .and_then(|log| fit_backlash(&log, &settings))
-        .map_err(GapError::Fit);
-    }
     let per_ampere = axis.motor.torque_constant_nm_per_a;
     let (amperes, is_current) = match drive {
         DriveSignal::Current(_) => (1.0, true),
         DriveSignal::Torque(_) => (1.0 / per_ampere, false),
         DriveSignal::Force(_) => (axis.transmission.load_per_motor_rad() / per_ampere, false),
     };
+    if !log.load.is_empty() {
+        return BacklashLog::from_rows(
+            &log.time_s,
+            scaled(&log.motor, scale),
+            scaled(&log.load, scale),
+            scaled(drive.values(), amperes),
+        )
+        .and_then(|log| fit_backlash(&log, &settings))
+        .map_err(|error| match error {
+            // A torque or force is in its unit, and the inertia may be another one.
+            FitError::Implausible { what, .. } if !is_current && !error.is_of_the_log() => {
+                GapError::Missing(format!("the log does not go with the axis: {what}"))
+            }
+            error => GapError::Fit(error),
+        });
+    }
     let motor = MotorLog::from_rows(
         &log.time_s,
         scaled(&log.motor, scale),
@@ -361,11 +397,9 @@ fn gap(
     )
     .map_err(GapError::Fit)?;
     match motor.goes_with(&settings) {
-        // A force is in its unit, and the inertia may be another one.
         Err(error) if is_current || error.is_of_the_log() => Err(GapError::Fit(error)),
-        _ if log.load.is_empty() => missing(
+        _ => missing(
             "needs the load's position (a linear scale); `axis fit --motor-only` may tell them from a fast log",
         ),
-        _ => missing("needs a current"),
     }
 }

@@ -46,7 +46,8 @@ fn rows(bench: &Bench) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// A current that looks like percent is said to, and nothing of it is written; as it is, it is.
+/// A current that looks like percent, or is off by any factor, is said to, and nothing of it is written; as it
+/// is, it is.
 #[test]
 fn what_is_in_doubtful_units_is_not_written() {
     let bench = Bench::new();
@@ -67,7 +68,15 @@ fn what_is_in_doubtful_units_is_not_written() {
         "run.csv",
     ];
     bench.expect(0, &[&run[..], &axis].concat());
-    for (factor, is_told) in [(1.0, true), (9.0, false)] {
+    for (factor, doubt) in [
+        (1.0, None),
+        (9.0, Some("the current looks like percent of the rated")),
+        (
+            3.6,
+            Some("the current looks like percent of the drive's largest"),
+        ),
+        (1.95, Some("inertia and friction are off alike")),
+    ] {
         let text = std::fs::read_to_string(bench.path("run.csv")).unwrap();
         let mut log = "t_s,motor_mm,load_mm,current_a\n".to_owned();
         for line in text.lines().skip(1).step_by(4) {
@@ -79,9 +88,17 @@ fn what_is_in_doubtful_units_is_not_written() {
         let identify = ["axis", "identify", "log.csv", "--out", "found.toml"];
         let told = bench.expect(0, &[&identify[..], &axis].concat());
         let found = std::fs::read_to_string(bench.path("found.toml")).unwrap();
-        assert_eq!(found.contains("measured: log.csv"), is_told, "{found}");
-        let doubt = "not written: what was measured, since the current looks like percent";
-        assert_eq!(told.contains(doubt), !is_told, "{told}");
+        assert_eq!(
+            found.contains("measured: log.csv"),
+            doubt.is_none(),
+            "{found}"
+        );
+        let said = "not written: what was measured, since ";
+        assert_eq!(told.contains(said), doubt.is_some(), "{told}");
+        assert!(
+            doubt.is_none_or(|doubt| told.contains(&format!("{said}{doubt}"))),
+            "{told}"
+        );
     }
 }
 
@@ -350,6 +367,24 @@ fn sheets_that_are_none_are_refused() {
             "radius=radius_mm,unit=in",
         ],
     );
+    bench.file(
+        "um.csv",
+        (0..360).fold("angle_deg,radius_mm\n".to_owned(), |text, deg| {
+            text + &format!("{deg},{}\n", 150_002 + deg % 2)
+        }),
+    );
+    bench.refuses(
+        &["ballbar", "um.csv"],
+        &["longer than any ballbar", "radius=NAME,unit=um"],
+    );
+    bench.expect(
+        0,
+        &["ballbar", "um.csv", "--column", "radius=radius_mm,unit=um"],
+    );
+    bench.refuses(
+        &["ballbar", "bar.csv", "--radius-mm", "150"],
+        &["mm off the nominal 150 mm, farther than a ballbar travels"],
+    );
     bench.refuses(
         &["ballbar", "bar.csv", "dev.csv", "--radius-mm", "100"],
         &["3 circles", "one circle of each sense"],
@@ -460,4 +495,46 @@ fn test_programs_are_simulated_before_they_are_written() {
         ],
         &["LinuxCNC alone"],
     );
+}
+
+/// The commands that a drive interpolates between those of the control are no faster than the control's.
+#[test]
+fn a_trace_of_the_motors_keeps_the_limits_of_the_plan() {
+    let bench = Bench::new();
+    bench.file("part.ngc", PART);
+    let simulate = ["simulate", "part.ngc", "-m", "vmc3", "-q"];
+    // the part is out of tolerance
+    bench.expect(
+        1,
+        &[&simulate[..], &["--trace-motors", "--out", "run"]].concat(),
+    );
+    let check = ["check-log", "run/motors.csv", "part.ngc", "-m", "vmc3"];
+    let told = bench.expect(0, &check);
+    assert!(!told.contains("OUTSIDE"), "{told}");
+}
+
+/// The last row of a recording that was cut, and lines that end as those of old Macs.
+#[test]
+fn ends_of_lines_are_told_or_read() {
+    let bench = Bench::new();
+    let mut log = "t_s,motor_mm,load_mm,current_a\n".to_owned();
+    for tick in 0..200 {
+        let t = 1e-3 * f64::from(tick);
+        log += &format!("{t:.3},{t},{t},{}\n", 0.1 * t);
+    }
+    bench.file("cut.csv", &format!("{log}0.2,0.2"));
+    bench.refuses(
+        &["axis", "identify", "cut.csv"],
+        &[
+            "line 202: 2 cells where the header has 4",
+            "the file ends within a line",
+        ],
+    );
+    bench.file("lf.csv", &log);
+    bench.file("cr.csv", &log.replace('\n', "\r"));
+    let [lf, cr] = ["lf.csv", "cr.csv"].map(|name| {
+        let told = bench.expect(0, &["axis", "log", name]);
+        told.replace(name, "")
+    });
+    assert_eq!(lf, cr);
 }

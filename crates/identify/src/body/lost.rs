@@ -423,6 +423,14 @@ impl Rows<'_> {
         fading.count() > FADES_OVER * place.len() / super::squares::BLOCKS
     }
 
+    /// Whether a row tells where the load is; `begins` right behind a reversal, while it lags as across a gap.
+    fn counts(&self, at: usize, begins: bool) -> bool {
+        !(self.followed.unsure[at]
+            || self.loose[at]
+            || (self.crossing[at] && !begins)
+            || self.log.touches_lost(at..=at))
+    }
+
     /// A loss of one length, by rows of some kind.
     fn fit(&self, length: f64, of: RowsOf) -> Option<SquaresFit<COEFFICIENTS>> {
         let Followed { place, turned, .. } = &self.followed;
@@ -447,13 +455,7 @@ impl Rows<'_> {
                 travel += moved.abs();
                 since += moved.abs();
             }
-            if side == 0.0
-                || since > of.within
-                || self.followed.unsure[at]
-                || self.loose[at]
-                || (self.crossing[at] && !begins)
-                || self.log.touches_lost(at..=at)
-            {
+            if side == 0.0 || since > of.within || !self.counts(at, begins) {
                 continue;
             }
             // Where the log begins nobody knows; that fades along the travel.

@@ -155,15 +155,27 @@ impl Motion {
     }
 }
 
+/// Third differences below this part of a column's range, or of its largest value, are those of its numbers. Choices:
+/// tables have eight digits, of which a count of a machine's encoder is more; and each of four is off by half the
+/// last digit, times its weight.
+const OF_DIGITS: f64 = 2e-8;
+const OF_ARITHMETIC: f64 = 8.0 * f64::EPSILON;
+
 /// Standard deviation of a position's noise, from its third differences: motion is smooth, noise is
-/// not. At least that of rounding to the column's smallest step.
+/// not.
 pub(crate) fn noise_of(column: &[f64]) -> f64 {
     let mut thirds: Vec<f64> = column
         .windows(4)
         .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
         .collect();
-    // Axes that rest for most of a log tell nothing of rounding there.
-    thirds.retain(|third| *third > 0.0);
+    // Axes that rest for most of a log tell nothing of rounding there but that of the numbers.
+    let ends = column
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            [low.min(*value), high.max(*value)]
+        });
+    let least = (OF_DIGITS * (ends[1] - ends[0])).max(OF_ARITHMETIC * ends[1].max(-ends[0]));
+    thirds.retain(|third| *third > least);
     if thirds.is_empty() {
         return 0.0;
     }

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 /// Share of the drive signal that a servo law has to leave unexplained at most to be believed.
 const LAW_SHARE: f64 = 0.15;
-/// By how much the integral part has to lower the residual to be believed. A choice.
-const INTEGRAL_GAIN: f64 = 0.7;
+/// By how much further terms have to lower the residual to be believed. A choice.
+const MORE_TERMS_GAIN: f64 = 0.7;
 
 /// Difference of the travel of command and motor, in parts of it, that passes. A choice: as of motor
 /// and load, far above any following error of whole strokes and below any wrong unit.
@@ -41,11 +41,15 @@ const OFFSET: usize = 7;
 const TIME: usize = 8;
 const COEFFICIENTS: usize = 9;
 
-/// Columns of the law without and with an integral part.
-const LAWS: [[bool; COEFFICIENTS]; 2] = [
+/// Columns of the laws: of error and speed alone, with speed and acceleration fed forward, and with an integral
+/// part, too.
+const LAWS: [[bool; COEFFICIENTS]; 3] = [
     [true, true, true, false, false, false, false, true, false],
+    [true, true, true, false, false, true, true, true, false],
     [true; COEFFICIENTS],
 ];
+/// The column that a law has beside those before it, which has to be told.
+const OF_LAWS: [usize; 3] = [ERROR, REFERENCE, INTEGRAL];
 
 /// Standard errors by which what tells two laws apart has to be nearer to one of them. A choice: the
 /// quantile of a 95 % interval.
@@ -281,7 +285,7 @@ fn fit_law(windows: &ServoWindows<'_>) -> Result<ServoLaw, String> {
     }
     let delay_s = (fit.found.x[ACCELERATION] / gain).max(0.0);
     let mut figures = fit.figures(pair.other, delay_s);
-    let (bounds, is_one) = fit.bounds(pair.other);
+    let (bounds, is_one) = fit.bounds(pair.other, delay_s);
     for (figure, interval) in figures.iter_mut().zip(bounds).skip(1) {
         *figure = figure.joined(Figure {
             interval,
@@ -298,7 +302,8 @@ fn fit_law(windows: &ServoWindows<'_>) -> Result<ServoLaw, String> {
         position_gain_per_s: position_gain,
         velocity_gain,
         delay_s,
-        integral_time_s: (per_time.value > 0.0).then(|| reciprocal(per_time)),
+        // The sum up to an error is half a sample of it more than the integral.
+        integral_time_s: (per_time.value > 0.0).then(|| reciprocal(per_time).widened(delay_s)),
         alike: (pair.is_alike && !is_one).then(|| [alike_gain, 1.0 / alike_rate]),
         feedforward: forward,
         offset: fit.found.x[OFFSET],
@@ -311,8 +316,8 @@ struct LawFit<'a> {
     windows: &'a ServoWindows<'a>,
     drive: Averages,
     found: SquaresFit<COEFFICIENTS>,
-    /// Whether the law has an integral part.
-    has_integral: bool,
+    /// Which of [`LAWS`] it is.
+    law: usize,
 }
 
 /// Which of the two pairs of position gain and integral time is the servo's: see [`loops`].
@@ -324,26 +329,34 @@ struct LawPair {
 }
 
 impl<'a> LawFit<'a> {
-    /// Fits the law without and with an integral part, and takes the latter where it explains much more. `None`
-    /// where the rows do not tell the coefficients.
+    /// Fits each of the laws, and takes the one with most terms that explains much more than the first and tells its
+    /// own term. `None` where the rows do not tell the coefficients.
     fn new(windows: &'a ServoWindows<'a>) -> Option<LawFit<'a>> {
         let drive = Averages::new(&windows.log.drive, windows.half);
         let squares = windows.law_rows(&drive, 0.0);
-        let [plain, whole] = LAWS.map(|used| squares.solve(&used));
-        let has_integral = match (&plain, &whole) {
-            (Some(plain), Some(whole)) => {
-                whole.rms < INTEGRAL_GAIN * plain.rms
-                    && whole.figures[INTEGRAL].is_told()
-                    && whole.x[INTEGRAL] > 0.0
-            }
-            _ => false,
+        let plain = squares.solve(&LAWS[0])?;
+        let explains_more = |law: usize| {
+            let (found, own) = (squares.solve(&LAWS[law])?, OF_LAWS[law]);
+            let is_better = found.rms < MORE_TERMS_GAIN * plain.rms
+                && found.figures[own].is_told()
+                && found.x[own] > 0.0;
+            is_better.then_some((law, found))
         };
+        let (law, found) = (1..LAWS.len())
+            .rev()
+            .find_map(explains_more)
+            .unwrap_or((0, plain));
         Some(LawFit {
             windows,
             drive,
-            found: (if has_integral { whole } else { plain })?,
-            has_integral,
+            found,
+            law,
         })
+    }
+
+    /// Whether the law has an integral part.
+    fn has_integral(&self) -> bool {
+        LAWS[self.law][INTEGRAL]
     }
 
     /// Residual over drive signal, root mean squares.
@@ -366,7 +379,7 @@ impl<'a> LawFit<'a> {
         let [near, far] = [slow, fast].map(|law| (of_place(law) - place.value).abs());
         // So much of the place's term is what a feed-forward that is a little off makes of it.
         let unsure = FORWARD_WITHIN * (of_unit(slow) - of_unit(fast)).abs();
-        let is_alike = self.has_integral
+        let is_alike = self.has_integral()
             && fast.iter().all(|value| value.is_finite())
             && (near - far).abs() < APART * place.error + unsure;
         let other = if is_alike {
@@ -375,7 +388,7 @@ impl<'a> LawFit<'a> {
             far < near
         };
         LawPair {
-            other: other && self.has_integral && fast[2].is_finite(),
+            other: other && self.has_integral() && fast[2].is_finite(),
             is_alike,
         }
     }
@@ -390,7 +403,7 @@ impl<'a> LawFit<'a> {
             std::array::from_fn(figure)
         };
         let figures: [Figure; 3] = of_fit(&self.found);
-        let used = &LAWS[usize::from(self.has_integral)];
+        let used = &LAWS[self.law];
         let late = self.windows.law_rows(&self.drive, delay_s).solve(used);
         match late.filter(|_| delay_s > 0.0) {
             Some(late) => {
@@ -403,14 +416,18 @@ impl<'a> LawFit<'a> {
 
     /// Velocity gain, position gain, `1/T` and feed-forward, each at least and at most, and whether the two pairs
     /// are nearly one: what the law does not explain may stand in any of its terms, and the sums of the error are
-    /// those of some turn. Where the two pairs are nearly one, both are within that.
-    fn bounds(&self, other: bool) -> ([[f64; 2]; 4], bool) {
+    /// those of some turn. A drive that samples its loops sums up half a sample more or less of the error, about as long
+    /// as its measured velocity is old, `delay_s`. Where the two pairs are nearly one, both are within that.
+    fn bounds(&self, other: bool, delay_s: f64) -> ([[f64; 2]; 4], bool) {
         let x = &self.found.x;
         let off = self.residual_share().min(MODEL_WITHIN);
         let of_turn = (x[INTEGRAL] * self.windows.quarter_turn_s / x[ERROR]).abs();
-        let [ends, others] =
-            [other, !other].map(|other| spread(x, [off + of_turn, 2.0 * off], other));
-        let is_one = self.has_integral && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
+        let [ends, others] = [other, !other].map(|other| {
+            let of_sample = delay_s * self.loops(other)[2];
+            spread(x, [off + of_turn, 2.0 * off + of_sample], other)
+        });
+        let is_one =
+            self.has_integral() && others[1][0] <= ends[1][1] && ends[1][0] <= others[1][1];
         if !is_one {
             return (ends, is_one);
         }

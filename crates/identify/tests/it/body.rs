@@ -471,6 +471,43 @@ fn gains_of_stiff_loops_are_held() {
     }
 }
 
+/// A loop without an integral part, with none, some or all of the speed fed forward.
+#[test]
+fn gains_of_loops_without_an_integral_part_are_found() {
+    let mut random = Random::new(18_611_207);
+    let mut held = 0;
+    for number in 0..12 {
+        let drawn = Axis::drawn(&mut random);
+        let axis = Axis {
+            integral_time: f64::INFINITY,
+            forward: [0.0, 1.0, 0.5, 0.8][number % 4],
+            // friction leaves such a loop behind its command at every rest
+            coulomb: 0.3 * drawn.coulomb,
+            ..drawn
+        };
+        let log = axis.log(&mut random);
+        let law = fit_servo(&log, &Motion::of(&log)).unwrap().law.unwrap();
+        println!(
+            "kp {} {:?}, kv {} {:?}, T {:?}, ff {} {}",
+            axis.position_gain,
+            law.position_gain_per_s,
+            axis.velocity_gain,
+            law.velocity_gain,
+            law.integral_time_s,
+            axis.forward,
+            law.feedforward,
+        );
+        let [low, high] = law.position_gain_per_s.interval;
+        held += i32::from(low <= axis.position_gain && axis.position_gain <= high);
+        assert!((law.position_gain_per_s.value / axis.position_gain - 1.0).abs() < 0.1);
+        assert!((law.velocity_gain.value / axis.velocity_gain - 1.0).abs() < 0.1);
+        assert!((law.feedforward - axis.forward).abs() < 0.1);
+        assert!(law.integral_time_s.is_none_or(|time| time.value > 1.0));
+    }
+    println!("{held} of 12");
+    assert!(held >= 11, "{held}");
+}
+
 #[test]
 fn what_a_log_does_not_tell_is_said() {
     let time: Vec<f64> = (0..5000).map(|sample| f64::from(sample) * 1e-3).collect();

@@ -280,3 +280,67 @@ fn a_rest_in_a_record_of_changes_is_held() {
     assert_eq!(&log.motor[38..43], [20.0, 20.0, 20.0, 19.0, 18.0]);
     assert!(says(&log, "40 values were held"), "{:?}", log.said);
 }
+
+/// A trace whose loop is closed over the scale: what is lost between motor and scale is no lag.
+#[test]
+fn the_command_of_another_encoder_is_left_out() {
+    let trace = |names: &[&str]| {
+        let mut text =
+            "<traceSession version=\"01.00.03.02\">\n<traceData dataFrames=\"1\"><dataFrame>\n"
+                .to_owned();
+        for (index, name) in names.iter().enumerate() {
+            text += &format!(
+                "<dataSignal id=\"f{index}\" key=\"s{index}\" name=\"/Nck/!SD/nckServoData{name}64 [u1, 1]\" unitsType=\"posn\" interval=\"0.002\" datapointCount=\"4\"/>\n"
+            );
+        }
+        for row in 0..4 {
+            text += &format!("<rec time=\"{}\"", 0.002 * f64::from(row));
+            for index in 0..names.len() {
+                text += &format!(" f{index}=\"{}\"", 10 * index + row as usize);
+            }
+            text += "/>\n";
+        }
+        text + "</dataFrame></traceData></traceSession>\n"
+    };
+    let of = |text: &str, columns: &[&str]| {
+        read_axis(text.as_bytes(), "log.xml", &options(columns)).unwrap()
+    };
+    let [first, second] = ["CmdPos1stEnc", "CmdPos2ndEnc"];
+    let positions = ["ActPos1stEnc", "ActPos2ndEnc"];
+    let log = of(&trace(&[&positions[..], &[second]].concat()), &[]);
+    assert!(log.command.is_empty() && says(&log, "closed over another encoder"));
+    assert!(!says(&log, "taken for the command"), "{:?}", log.said);
+    // of two the motor's
+    let log = of(&trace(&[&positions[..], &[second, first]].concat()), &[]);
+    assert_eq!(log.command, [30.0, 31.0, 32.0, 33.0]);
+    // the scale as what is looked at, and what the user says
+    let scale = "motor=/Nck/!SD/nckServoDataActPos2ndEnc64 [u1, 1]";
+    let text = trace(&[&positions[..], &[second]].concat());
+    assert_eq!(of(&text, &[scale]).command, [20.0, 21.0, 22.0, 23.0]);
+    let told = "command=/Nck/!SD/nckServoDataCmdPos2ndEnc64 [u1, 1]";
+    assert_eq!(of(&text, &[told]).command, [20.0, 21.0, 22.0, 23.0]);
+}
+
+#[test]
+fn what_a_log_cannot_have_is_not_asked_for() {
+    let text = "#time,accel_x,accel_y,accel_z\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n";
+    let error = read_axis(text.as_bytes(), "log", &options(&[])).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("an accelerometer's log has no motor"),
+        "{error}"
+    );
+    assert!(!error.contains("--column"), "{error}");
+    // a motor's angle beside a length: how far the axis goes for it is told as a scale
+    let text = "t_s,motor_deg,load_mm\n0,0,0\n0.001,36,1\n0.002,72,2\n";
+    let error = read_axis(text.as_bytes(), "log", &options(&[])).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("--column motor=motor_deg,unit=mm,scale="),
+        "{error}"
+    );
+    let scaled = options(&["motor=motor_deg,unit=mm,scale=0.0277777777777777777"]);
+    let log = read_axis(text.as_bytes(), "log", &scaled).unwrap();
+    assert!((log.motor[2] - 2.0).abs() < 1e-12 && log.load[2] == 2.0);
+}

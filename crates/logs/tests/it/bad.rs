@@ -125,7 +125,7 @@ fn each_fault_has_its_place() {
         ),
         (
             b"Sample,X,Y,Z\n0,1,1,1\n".to_vec(),
-            &["none that is known to be the motor"],
+            &["an accelerometer's log has no motor", "`axis log`"],
         ),
         (
             b"Failed to start accelerometer\n".to_vec(),

@@ -585,9 +585,16 @@ impl<'a> Channels<'a> {
                     Derivative::Acceleration => axis.limits.acceleration,
                     Derivative::Jerk => axis.limits.jerk,
                 };
+                // Between two commands the jerk is the interpolation's.
+                let least_s = match derivative {
+                    Derivative::Jerk => {
+                        (order + 1) as f64 * setup.machine.cycles().command().period_s()
+                    }
+                    Derivative::Velocity | Derivative::Acceleration => 0.0,
+                };
                 let order = Order(order + 1);
                 let mut worst: Option<LimitUse> = None;
-                for rate in channel.rates(order) {
+                for rate in channel.rates(order, least_s) {
                     let Some(foot) = feet.get(rate.row) else {
                         continue;
                     };

@@ -182,9 +182,11 @@ impl Channel<'_> {
             .collect()
     }
 
-    /// Of each row the derivative that proves most.
-    pub(super) fn rates(&self, order: Order) -> impl Iterator<Item = Rate> + '_ {
+    /// Of each row the derivative that proves most, over stencils that are no shorter than `least_s`.
+    pub(super) fn rates(&self, order: Order, least_s: f64) -> impl Iterator<Item = Rate> + '_ {
         let rows = self.time_s.len();
+        // Times are rounded.
+        let least_s = least_s * (1.0 - UNEVEN);
         (0..rows).filter_map(move |row| {
             SCALES
                 .iter()
@@ -193,6 +195,7 @@ impl Channel<'_> {
                     let first = row.checked_sub(scale * order.0 / 2)?;
                     self.rate(order, scale, first)
                 })
+                .filter(|rate| rate.over_s >= least_s)
                 .reduce(|a, b| if b.certain() > a.certain() { b } else { a })
                 .map(|rate| Rate { row, ..rate })
         })
@@ -324,7 +327,7 @@ mod tests {
                 for order in 1..=3 {
                     let peak = 10.0 * math::pow(frequency, order as f64);
                     let certain = channel
-                        .rates(Order(order))
+                        .rates(Order(order), 0.0)
                         .map(|rate| rate.certain())
                         .fold(0.0, f64::max);
                     assert!(

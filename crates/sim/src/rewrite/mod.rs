@@ -178,8 +178,10 @@ pub fn rewrite(
         source,
     })?;
     let lines = lines(&source, &interpreter_config(machine, options))?;
-    let steps = steps(program, machine, options, &lines.all, wanted.max_moves)?;
-    let pieces: Vec<Vec<Stretch>> = steps.iter().map(stretches).collect::<Result<_, _>>()?;
+    let placed = |error| lines.placed(error);
+    let steps = steps(program, machine, options, &lines.all, wanted.max_moves).map_err(placed)?;
+    let pieces = steps.iter().map(stretches);
+    let pieces: Vec<Vec<Stretch>> = pieces.collect::<Result<_, _>>().map_err(placed)?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
     let shares = machine
         .axes()
@@ -304,7 +306,8 @@ impl Work<'_> {
             shifts,
             half: self.half,
         };
-        let text = new_text(&self.lines, &moves, self.dialect, &mut answer)?;
+        let text = new_text(&self.lines, &moves, self.dialect, &mut answer)
+            .map_err(|error| self.lines.placed(error))?;
         answer.text = String::from_utf8_lossy(&text.text).into_owned();
         answer.bytes.clone_from(&text.text);
         let new = Program::from_bytes(self.program.name(), text.text.as_slice());

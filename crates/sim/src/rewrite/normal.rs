@@ -11,7 +11,7 @@
 //! ```
 //! At a corner `v` meets both; where the path goes straight on, it is the mean of both.
 
-use super::{Original, STILL_MM, Stretch};
+use super::{Original, ROUNDING_MM, STILL_MM, Stretch};
 use lostmotion_base::linalg::{Matrix, cholesky, cholesky_solve};
 use lostmotion_base::vec::{dot, norm};
 use lostmotion_path::Curve;
@@ -268,6 +268,12 @@ impl<'a> Normals<'a> {
             if self.steps[step - 1].rapid && !self.steps[step].rapid {
                 let start = shifts.ends[self.first[step]][0];
                 shifts.ends[self.first[step] - 1][1] = start;
+            }
+        }
+        // What a program's digits hardly tell would make a helix of an arc in a plane.
+        for part in shifts.ends.iter_mut().flatten().flatten() {
+            if part.abs() <= ROUNDING_MM {
+                *part = 0.0;
             }
         }
         shifts

@@ -61,7 +61,12 @@ pub(super) fn steps(
                 format!("the program has more than {max_moves} moves"),
             ));
         }
-        if (block.span.file, block.call_stack) != (0, 0) {
+        if block.span.file != 0 {
+            return Err(RewriteError::Machine(format!(
+                "line {line} of a file that the program calls: moves of subroutines are not rewritten: {WRITE}"
+            )));
+        }
+        if block.call_stack != 0 {
             return Err(refuse(
                 line,
                 format!("moves of subroutines are not rewritten: {WRITE}"),

@@ -70,6 +70,31 @@ pub(super) struct TextLines {
     pub(super) head: usize,
 }
 
+impl TextLines {
+    /// An error of a whole line with the place of what moves on it.
+    pub(super) fn placed(&self, error: RewriteError) -> RewriteError {
+        let RewriteError::Line {
+            line,
+            column: None,
+            what,
+        } = error
+        else {
+            return error;
+        };
+        let found = line.checked_sub(1).and_then(|index| self.all.get(index));
+        let words = found.map_or(&[][..], |line| &line.block.words);
+        let moves = words.iter().find(|word| WAYS.contains(&word.letter));
+        let place = moves
+            .or(words.first())
+            .map(|word| word.text.start as usize + 1);
+        RewriteError::Line {
+            line,
+            column: place,
+            what,
+        }
+    }
+}
+
 /// A line of the program.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
@@ -276,12 +301,15 @@ impl Line {
             return Some(Odd::new(setting.text, what));
         }
         if block.deletable {
-            let what =
-                "a block that may be skipped (/) is not rewritten: take the / or the block out";
-            return Some(Odd {
-                place: None,
-                what: what.to_owned(),
+            let start = self.text.iter().position(|byte| *byte == b'/');
+            let place = start.map(|start| Text {
+                start: start as u32,
+                len: 1,
             });
+            let what = format!(
+                "a block that may be skipped (/) is not rewritten: take the / or the block out, or {WRITE}"
+            );
+            return Some(Odd { place, what });
         }
         let is_expression = |word: &&Word| !matches!(word.value, Value::Number(_));
         if let Some(word) = block.words.iter().find(is_expression) {
@@ -337,30 +365,47 @@ impl Line {
     }
 
     /// What it takes from where X, Y and Z stand, if anything: an offset or a place that is kept.
-    pub(super) fn takes_the_place(&self) -> Option<&'static str> {
+    pub(super) fn takes_the_place(&self) -> Option<Odd> {
         let has_axis = [b'X', b'Y', b'Z']
             .into_iter()
             .any(|letter| self.block.words.iter().any(|word| word.letter == letter));
         let level = self.value(b'L');
-        codes(&self.block, b'G').find_map(|(code, _)| match code {
-            92.0 if has_axis => Some("G92"),
-            10.0 if has_axis && level == Some(20.0) => Some("G10 L20"),
-            10.0 if has_axis && level == Some(10.0) => Some("G10 L10"),
-            10.0 if has_axis && level == Some(11.0) => Some("G10 L11"),
-            28.1 => Some("G28.1"),
-            30.1 => Some("G30.1"),
-            _ => None,
+        codes(&self.block, b'G').find_map(|(code, place)| {
+            let code = match code {
+                92.0 if has_axis => "G92",
+                10.0 if has_axis && level == Some(20.0) => "G10 L20",
+                10.0 if has_axis && level == Some(10.0) => "G10 L10",
+                10.0 if has_axis && level == Some(11.0) => "G10 L11",
+                28.1 => "G28.1",
+                30.1 => "G30.1",
+                _ => return None,
+            };
+            // Offsets of plain lines are in their end points; places of the machine are kept as they are.
+            let more = if code.ends_with(".1") {
+                String::new()
+            } else {
+                format!(", or {WRITE}")
+            };
+            Some(Odd::new(place, format!(
+                "{code} takes where the axes stand, which is half a gap aside in a rewritten program: put it before the first move{more}"
+            )))
         })
     }
 
     /// What to do about a word for which its move has to stay one, if it has such a word.
-    pub(super) fn keeps_its_move_whole(&self) -> Option<&'static str> {
+    pub(super) fn keeps_its_move_whole(&self) -> Option<Odd> {
         let stops = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0];
-        if codes(&self.block, b'M').any(|(code, _)| stops.contains(&code)) {
-            return Some("put the M code on a line of its own");
+        let odd = |place, hint: &str| {
+            let what = format!("the arc has to be cut at its reversals: {hint}");
+            Some(Odd::new(place, what))
+        };
+        let mut codes_m = codes(&self.block, b'M');
+        if let Some((_, place)) = codes_m.find(|(code, _)| stops.contains(code)) {
+            return odd(place, "put the M code on a line of its own");
         }
-        self.value(b'E')
-            .map(|_| "what an arc extrudes (E) is not shared out: have the slicer write lines")
+        let (_, place) = codes(&self.block, b'E').next()?;
+        let hint = "what an arc extrudes (E) is not shared out: have the slicer write lines";
+        odd(place, hint)
     }
 
     /// Whether it is `%` or the number of the program, before which nothing may stand.
@@ -375,8 +420,8 @@ impl Line {
             || block.flow.is_some() && !self.is_head()
     }
 
-    /// The line with these words: those that it has get the values, the others are put behind its
-    /// last word, its motion before the first.
+    /// The line with these words: those that it has get the values, or go where there is none; the others are put
+    /// behind its last word, its motion before the first.
     pub(super) fn with(&self, words: &[(u8, String)]) -> Vec<u8> {
         let of = &self.block.words;
         let (mut motion, mut missing) = (String::new(), String::new());
@@ -385,6 +430,13 @@ impl Line {
             match of.iter().find(|word| word.letter == *letter) {
                 // Printers have their code first.
                 _ if *letter == b'G' => motion = format!("G{value} "),
+                // Without a value the word goes, and the blank before it.
+                Some(word) if value.is_empty() => {
+                    let start = word.text.start as usize;
+                    let end = start + word.text.len as usize;
+                    let blank = start > 0 && self.text.get(start - 1) == Some(&b' ');
+                    changes.push((start - usize::from(blank), end, ""));
+                }
                 // Behind the letter.
                 Some(word) => {
                     let start = word.text.start as usize;

@@ -38,6 +38,7 @@ pub(super) fn new_text(
         half: moves.half,
         side: [0.0; 3],
         commanded: None,
+        commanded_side: [0.0; 3],
         was_rapid: true,
     };
     let mut next = 0;
@@ -51,16 +52,11 @@ pub(super) fn new_text(
         while steps.get(next).is_some_and(|step| step.line == index + 1) {
             next += 1;
         }
-        if let Some(code) = line
+        if let Some(odd) = line
             .takes_the_place()
             .filter(|_| writer.commanded.is_some())
         {
-            return Err(refuse(
-                index + 1,
-                format!(
-                    "{code} takes where the axes stand, which is half a gap aside in a rewritten program: put it before the first move"
-                ),
-            ));
+            return Err(odd.on(index + 1));
         }
         let first = piece;
         piece += moves.pieces[from..next].iter().map(Vec::len).sum::<usize>();
@@ -127,6 +123,8 @@ struct NewProgram {
     side: [f64; 3],
     /// Where the machine was sent last, machine coordinates, mm.
     commanded: Option<[f64; 3]>,
+    /// The direction in which each axis went last on its way there.
+    commanded_side: [f64; 3],
     was_rapid: bool,
 }
 
@@ -135,6 +133,12 @@ impl NewProgram {
         self.out.text.extend_from_slice(text);
         self.out.text.extend_from_slice(&self.end);
         self.out.steps.push(step);
+    }
+
+    /// The machine was sent there.
+    fn sent(&mut self, at: [f64; 3]) {
+        self.commanded = Some(at);
+        self.commanded_side = self.side;
     }
 
     fn remark(&self, text: &str) -> String {
@@ -151,7 +155,7 @@ impl NewProgram {
         let [x, y, z] = self.half.map(|half| format!("{half:.4}"));
         let normal = (answer.normal_um > 0.0).then(|| {
             format!(
-                "end points are also moved by up to {:.4} mm along the normal against what friction and servo leave",
+                "end points are also moved by up to {:.4} mm along the normal against what friction and servo leave; a mark correction is of an axis that is moved for this alone",
                 answer.normal_um * 1e-3
             )
         });
@@ -180,7 +184,7 @@ impl NewProgram {
             end[axis]
         });
         self.out.ends.push((self.out.steps.len(), at));
-        self.commanded = Some(at);
+        self.sent(at);
         self.was_rapid = true;
     }
 
@@ -195,18 +199,9 @@ impl NewProgram {
     ) -> Result<(), RewriteError> {
         if pieces.len() > 1 {
             answer.arcs_split += 1;
-            if let Some(hint) = line.keeps_its_move_whole() {
-                return Err(refuse(
-                    step.line,
-                    format!("the arc has to be cut at its reversals: {hint}"),
-                ));
+            if let Some(odd) = line.keeps_its_move_whole() {
+                return Err(odd.on(step.line));
             }
-        }
-        if line.value(b'P').is_some() && matches!(step.curve, Curve::Arc(_)) {
-            return Err(refuse(
-                step.line,
-                "arcs of several turns (P) are not rewritten",
-            ));
         }
         for (number, piece) in pieces.iter().enumerate() {
             let MovedPiece {
@@ -273,7 +268,8 @@ impl NewProgram {
         } else {
             "G1".to_owned()
         };
-        let mut names = Vec::new();
+        // An axis that has not reversed is only moved for its neighbours along the normal to meet.
+        let (mut reversed, mut corrected) = (Vec::new(), Vec::new());
         let mut at = from;
         for axis in moved {
             at[axis] = start[axis];
@@ -282,12 +278,22 @@ impl NewProgram {
                 " {letter}{}",
                 number(start[axis] - step.shift[axis], line.mm)
             ));
+            let names = if self.side[axis] == self.commanded_side[axis] {
+                &mut corrected
+            } else {
+                &mut reversed
+            };
             names.push(letter.to_string());
         }
         if let Some(feed) = line.feed.as_ref().filter(|_| !rapid) {
             text.push_str(&format!(" {feed}"));
         }
-        let remark = self.remark(&format!("backlash of {}", names.join(" ")));
+        let marks: Vec<String> = [("backlash", reversed), ("correction", corrected)]
+            .into_iter()
+            .filter(|(_, names)| !names.is_empty())
+            .map(|(mark, names)| format!("{mark} of {}", names.join(" ")))
+            .collect();
+        let remark = self.remark(&marks.join(", "));
         text.push_str(&format!(" {remark}"));
         self.line(text.as_bytes(), Some(index));
         self.out.ends.push((self.out.steps.len(), at));
@@ -296,7 +302,7 @@ impl NewProgram {
         } else {
             answer.within_cuts += 1;
         }
-        self.commanded = Some(at);
+        self.sent(at);
         // What follows is a cut; a rapid that took up is no cut.
         self.was_rapid = false;
         true
@@ -344,10 +350,13 @@ impl NewProgram {
         }
         // An axis without a word stays where it was sent.
         let mut at = from;
+        let plane = step.curve.plane().axes();
         for axis in 0..3 {
             let is_there = piece == 0 && line.value(LETTERS[axis]).is_some();
+            // Without a word of its plane an arc would be a whole circle.
+            let is_of_plane = is_split && plane[..2].contains(&axis);
             if is_there
-                || is_split && (end[axis] - start[axis]).abs() > STILL_MM
+                || is_of_plane && (end[axis] - start[axis]).abs() > STILL_MM
                 || (end[axis] - from[axis]).abs() > ROUNDING_MM
             {
                 at[axis] = end[axis];
@@ -384,18 +393,22 @@ impl NewProgram {
                 }
             }
         }
+        // Each piece is less than a turn.
+        if matches!(step.curve, Curve::Arc(_)) && line.value(b'P').is_some() {
+            words.push((b'P', String::new()));
+        }
         let text = if piece == 0 {
             line.with(&words)
         } else {
             let mut text = String::new();
-            for (letter, value) in &words {
+            for (letter, value) in words.iter().filter(|(_, value)| !value.is_empty()) {
                 text.push_str(&format!("{}{value} ", char::from(*letter)));
             }
             text.trim_end().to_owned().into_bytes()
         };
         self.line(&text, Some(index));
         self.out.ends.push((self.out.steps.len(), at));
-        self.commanded = Some(at);
+        self.sent(at);
     }
 }
 

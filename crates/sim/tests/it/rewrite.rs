@@ -183,13 +183,13 @@ fn what_a_dialect_has_besides_is_refused_by_its_place() {
         (
             "G2 X20 Y0 I10 J0 M1\n",
             Dialect::LinuxCnc,
-            "line 4: ",
+            "line 4, column 18: ",
             "put the M code on a line of its own",
         ),
         (
             "G2 X20 Y0 I10 J0 E2\n",
             Dialect::Marlin,
-            "line 4: ",
+            "line 4, column 18: ",
             "have the slicer write lines",
         ),
     ] {

@@ -359,6 +359,62 @@ fn a_way_home_from_half_a_gap_aside_is_kept() {
     assert!(new.text.contains("\nG28 Z10\n"), "{}", new.text);
 }
 
+/// Each piece of several turns is less than one, and says no number of turns.
+#[test]
+fn arcs_of_several_turns_are_cut_at_their_reversals() {
+    let text = "G21 G90 G17 G64 P0.01\nG0 X10 Y0 Z5\nG1 Z0 F300\nG3 X10 Y0 Z-3 I-10 J0 P3 F600\nG0 Z5\nM2\n";
+    let options = SimulateOptions::default();
+    let new = rewrite(
+        &program(text),
+        &machine(),
+        &options,
+        &RewriteOptions::default(),
+    )
+    .unwrap();
+    assert_eq!((new.refused.as_deref(), new.arcs_split), (None, 1));
+    // Quarters of three turns, but where a circle begins on a reversal.
+    let arcs = new.text.lines().filter(|line| line.starts_with("G3"));
+    assert!(arcs.clone().count() >= 11, "{}", new.text);
+    assert!(arcs.clone().all(|line| !line.contains('P')), "{}", new.text);
+    assert!(
+        new.after.rms_um < 0.6 * new.before.rms_um,
+        "{:?}",
+        new.after
+    );
+}
+
+/// What is moved along the normal alone is not called backlash, and an arc in a plane stays in it.
+#[test]
+fn marks_say_what_a_line_is_for() {
+    let text = "G21 G90 G17 G61\nG0 X10 Y0 Z5\nG1 Z0 F300\nG3 X10 Y0 I-10 J0 F1200\nG1 X20 Y3\nG1 X30 Y3.5\nG2 X40 Y3.5 I5 J0\nG0 Z5\nM2\n";
+    let options = SimulateOptions::default();
+    let new = rewrite(
+        &program(text),
+        &machine(),
+        &options,
+        &RewriteOptions::default(),
+    )
+    .unwrap();
+    assert_eq!(new.refused, None);
+    println!("{}", new.text);
+    // Z is not wound up by the arcs, which are split in four and one.
+    let arcs: Vec<&str> = new
+        .text
+        .lines()
+        .filter(|line| line.starts_with("G3"))
+        .collect();
+    assert!(
+        arcs.len() >= 4 && arcs.iter().all(|line| !line.contains('Z')),
+        "{arcs:?}"
+    );
+    assert!(new.text.contains("(backlash of Y)"), "{}", new.text);
+    assert!(
+        new.text.contains("(backlash of X Y, correction of Z)"),
+        "{}",
+        new.text
+    );
+}
+
 #[test]
 fn what_is_not_rewritten_is_told_by_its_line() {
     let options = SimulateOptions::default();
@@ -408,12 +464,22 @@ fn what_is_not_rewritten_is_told_by_its_line() {
             3,
             "G28.1 takes where",
         ),
+        ("G21 G90\nG1 X9 F100\n /G1 X5\nM2\n", 3, "may be skipped"),
+        (
+            "G21 G90\no1 sub\n G1 X1 F100\no1 endsub\no1 call\nM2\n",
+            3,
+            "moves of subroutines",
+        ),
     ] {
         let error = refused(text, &machine());
         assert!(
-            error.starts_with(&format!("line {line}")) && error.contains(what),
+            error.starts_with(&format!("line {line}, column ")) && error.contains(what),
             "{error}"
         );
+        // Plain lines of these are another program's.
+        let plain = ["G92", "L20", "skipped", "more than once", "subroutines"];
+        let is_plain = plain.iter().any(|part| what.contains(part));
+        assert!(!is_plain || error.contains("gcode write"), "{error}");
     }
     let error = refused(ARC, &Machine::preset("corexy").unwrap());
     assert!(error.contains("are not X, Y and Z"), "{error}");
