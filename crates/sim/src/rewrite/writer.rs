@@ -1,7 +1,7 @@
 //! The new program: end points moved, arcs in pieces, take-ups put in.
 
 use super::results::Rewritten;
-use super::text::{LETTERS, Line, MARK, TextLines, refuse};
+use super::text::{LETTERS, Line, MARK, TextLines};
 use super::{Moves, Original, ROUNDING_MM, RewriteError, STILL_MM, Stretch, Text};
 use lostmotion_gcode::Dialect;
 use lostmotion_path::Curve;
