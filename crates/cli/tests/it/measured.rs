@@ -522,7 +522,7 @@ fn ends_of_lines_are_told_or_read() {
         let t = 1e-3 * f64::from(tick);
         log += &format!("{t:.3},{t},{t},{}\n", 0.1 * t);
     }
-    bench.file("cut.csv", &format!("{log}0.2,0.2"));
+    bench.file("cut.csv", format!("{log}0.2,0.2"));
     bench.refuses(
         &["axis", "identify", "cut.csv"],
         &[
@@ -531,7 +531,7 @@ fn ends_of_lines_are_told_or_read() {
         ],
     );
     bench.file("lf.csv", &log);
-    bench.file("cr.csv", &log.replace('\n', "\r"));
+    bench.file("cr.csv", log.replace('\n', "\r"));
     let [lf, cr] = ["lf.csv", "cr.csv"].map(|name| {
         let told = bench.expect(0, &["axis", "log", name]);
         told.replace(name, "")
