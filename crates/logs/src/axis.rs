@@ -374,12 +374,30 @@ fn mend(
         track.thin(first, step);
     }
     let count = |place: usize| factors.get(place).copied().unwrap_or(1.0).abs();
+    // A turn of the axis, or of what a scale makes an axis' position of: in its own unit, or else degrees or radians.
+    let turns = |place: usize| -> Vec<f64> {
+        let scale = assigned.get(place).map_or(1.0, |other| other.factor.abs());
+        let scaled = match turn {
+            _ if scale == 1.0 => vec![],
+            Some(turn) => vec![turn * scale],
+            None => vec![360.0 * count(place), std::f64::consts::TAU * count(place)],
+        };
+        turn.into_iter().chain(scaled).collect()
+    };
     let mut off: Vec<usize> = Vec::new();
     for &place in &positions {
         let column = &track.columns[place];
         let found = spikes(column);
         // At its ends a counter may toggle.
-        let is_wrap = || wrap(column, &jumps(&track.time_s, column), turn, count(place)).is_some();
+        let is_wrap = || {
+            wrap(
+                column,
+                &jumps(&track.time_s, column),
+                &turns(place),
+                count(place),
+            )
+            .is_some()
+        };
         if found.is_empty() || is_wrap() {
             continue;
         }
@@ -392,7 +410,7 @@ fn mend(
     for &place in &positions {
         let found = jumps(&track.time_s, &track.columns[place]);
         let role = assigned[place].role;
-        if let Some(period) = wrap(&track.columns[place], &found, turn, count(place)) {
+        if let Some(period) = wrap(&track.columns[place], &found, &turns(place), count(place)) {
             let wraps = unwrap(&track.time_s, &mut track.columns[place], period);
             said.push(format!(
                 "the {role}'s position wraps {wraps} times at {period}; it is added up"

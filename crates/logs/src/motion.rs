@@ -154,9 +154,9 @@ pub(crate) fn spikes(values: &[f64]) -> Vec<Spike> {
 }
 
 /// The period of a counter that wraps: all jumps have its size, there are some of either sign or it
-/// is a turn or a power of two, and the values lie within it. `turn` is a full turn in the column's unit,
-/// where it is an angle, and `count` what one of the values in the log is in it.
-pub(crate) fn wrap(values: &[f64], jumps: &[Jump], turn: Option<f64>, count: f64) -> Option<f64> {
+/// is a turn or a power of two, and the values lie within it. `turns` are what may be a full turn in the column's
+/// unit, and `count` what one of the values in the log is in it.
+pub(crate) fn wrap(values: &[f64], jumps: &[Jump], turns: &[f64], count: f64) -> Option<f64> {
     let first = jumps.first()?.size.abs();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -169,8 +169,9 @@ pub(crate) fn wrap(values: &[f64], jumps: &[Jump], turn: Option<f64>, count: f64
     // Counters of 8 to 32 bits.
     let of_two = [256.0, 65_536.0, 16_777_216.0, 4_294_967_296.0];
     let of_counts = of_two.map(|period| period * count);
-    let known = turn
-        .into_iter()
+    let known = turns
+        .iter()
+        .copied()
         .chain(of_two)
         .chain(of_counts)
         .find(|&period| alike(period));

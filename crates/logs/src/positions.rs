@@ -308,7 +308,7 @@ impl<'a> PositionParts<'a> {
             let found = jumps(&track.time_s, column);
             let new: Vec<&Jump> = found.iter().filter(|jump| jump.row >= shared).collect();
             if let Some(period) = is_angle
-                .then(|| wrap(column, &found, Some(TAU), 1.0))
+                .then(|| wrap(column, &found, &[TAU], 1.0))
                 .flatten()
             {
                 if !new.is_empty() {

@@ -72,6 +72,11 @@ const UNITS: &[(Unit, &[&str])] = &[
     ),
     (unit(Quantity::Angle, 1.0, "rad"), &[]),
     (
+        unit(Quantity::Angle, TAU / 360.0 / 3600.0, "arcsec"),
+        &["arc second", "arc seconds"],
+    ),
+    (unit(Quantity::Angle, TAU / 360_000.0, "mdeg"), &[]),
+    (
         unit(Quantity::Angle, TAU, "rev"),
         &["revolution", "revolutions", "turn", "turns"],
     ),

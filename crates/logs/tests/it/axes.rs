@@ -344,3 +344,34 @@ fn what_a_log_cannot_have_is_not_asked_for() {
     let log = read_axis(text.as_bytes(), "log", &scaled).unwrap();
     assert!((log.motor[2] - 2.0).abs() < 1e-12 && log.load[2] == 2.0);
 }
+
+/// The angle of a motor that wraps at its own turn, as a position of the axis.
+#[test]
+fn a_scaled_angle_wraps_at_its_own_turn() {
+    let rows = |name: &str| {
+        let mut text = format!("t_s,{name}\n");
+        for row in 0..900 {
+            let angle = (f64::from(row) * 7.0) % 360.0;
+            text += &format!("{},{angle}\n", 0.001 * f64::from(row));
+        }
+        text
+    };
+    for (name, unit, scale, unit_out) in [
+        ("motor_deg", "deg", 0.013_888_888_888_888_9, "deg"),
+        ("motor_deg", "mm", 0.027_777_777_777_777_7, "mm"),
+        ("motor_arcsec", "arcsec", 1.0, "deg"),
+    ] {
+        let spec = format!("motor={name},unit={unit},scale={scale}");
+        let log = read_axis(rows(name).as_bytes(), "log", &options(&[&spec])).unwrap();
+        assert_eq!(log.unit.symbol, unit_out);
+        if unit != "arcsec" {
+            let end = 899.0 * 7.0 * scale;
+            assert!(
+                (log.motor[899] - end).abs() < 1e-9,
+                "{unit}: {} {end}",
+                log.motor[899]
+            );
+            assert!(says(&log, "wraps 17 times"), "{:?}", log.said);
+        }
+    }
+}

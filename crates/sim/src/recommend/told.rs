@@ -2,6 +2,7 @@
 
 use super::RecommendOptions;
 use super::parameters::{Counting, ToldAxis, gap_of, step};
+use super::trials::wind_up;
 use crate::control::Control;
 use crate::machine::{Machine, MachineAxis};
 use lostmotion_base::units::deg;
@@ -143,11 +144,12 @@ pub(super) fn wind_up_note(told: &Machine, set: &Machine) -> Option<String> {
     let parts: Vec<String> = axes(told)
         .iter()
         .zip(axes(set))
-        .map(|(gap, both)| (1e3 * (both.gap - gap.gap), both))
-        .filter(|(more, _)| *more > 0.0)
-        .map(|(more, axis)| {
+        .filter(|(gap, both)| both.gap > gap.gap)
+        .map(|(_, axis)| {
             let unit = if axis.is_rotary { "mdeg" } else { "um" };
-            format!("{} {more:.1} {unit}", axis.name)
+            // Amounts are rounded to what the control takes.
+            let wind_up = 1e3 * wind_up(&axis.config, axis.is_rotary);
+            format!("{} {wind_up:.1} {unit}", axis.name)
         })
         .collect();
     (!parts.is_empty()).then(|| {

@@ -145,6 +145,8 @@ pub(super) fn trials(control: Control) -> Vec<Trial> {
                     all.push(Trial::new(method, said, move |config| {
                         let spread = &mut config.compensation.fixed_by_travel;
                         (spread.multiple, spread.smoothing_mm) = (multiple, smoothing_mm);
+                        // Whatever part the control corrects today: the amounts are those of all of it.
+                        spread.correction = 1.0;
                     }));
                 }
             }
@@ -152,6 +154,16 @@ pub(super) fn trials(control: Control) -> Vec<Trial> {
         }
     }
     all.into_iter().flatten().collect()
+}
+
+/// What friction winds the drive up by from one direction to the other, mm or deg.
+pub(super) fn wind_up(config: &AxisConfig, is_rotary: bool) -> f64 {
+    let load = config.reflected_load();
+    units(
+        config,
+        is_rotary,
+        2.0 * load.coulomb_nm / load.stiffness_nm_per_rad,
+    )
 }
 
 /// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
@@ -163,18 +175,16 @@ pub(super) fn wound_up(best: &Trial, told: &Machine, steps: [f64; 2]) -> Option<
     }
     // The told amount with it, in steps of the control, mm or deg.
     let amount = move |config: &AxisConfig| {
-        let load = config.reflected_load();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
         let step = steps[usize::from(is_rotary)];
-        let wind_up = 2.0 * load.coulomb_nm / load.stiffness_nm_per_rad;
-        let wind_up = (units(config, is_rotary, wind_up) / step).round() * step;
+        let wind_up = wind_up(config, is_rotary);
         let told = config
             .compensation
             .fixed
             .gap?
             .motor_rad(&config.transmission);
         let value = units(config, is_rotary, told) + wind_up;
-        (wind_up > 0.0).then(|| gap_of((value / step).round() * step, is_rotary))
+        (wind_up >= 0.5 * step).then(|| gap_of((value / step).round() * step, is_rotary))
     };
     told.axes()
         .iter()

@@ -179,7 +179,7 @@ pub(super) fn unknown(control: Control) -> String {
             "Klipper as released has no backlash compensation; rewrite the program instead".to_owned()
         }
         control => format!(
-            "a {control} control has no settings of its own: `simulate --methods` compares the methods themselves"
+            "the control `{control}` has no settings of its own: `simulate --methods` compares the methods themselves"
         ),
     }
 }
