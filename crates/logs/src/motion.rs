@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].row, 100);
         assert!((found[0].size - 0.155).abs() < 1e-3);
-        assert_eq!(wrap(&values, &found, None, 1.0), None);
+        assert_eq!(wrap(&values, &found, &[], 1.0), None);
     }
 
     #[test]
@@ -290,7 +290,7 @@ mod tests {
         let mut values: Vec<f64> = whole.iter().map(|angle| angle.rem_euclid(360.0)).collect();
         let found = jumps(&times(3000), &values);
         assert_eq!(found.len(), 3);
-        assert_eq!(wrap(&values, &found, Some(360.0), 1.0), Some(360.0));
+        assert_eq!(wrap(&values, &found, &[360.0], 1.0), Some(360.0));
         assert_eq!(unwrap(&times(3000), &mut values, 360.0), 3);
         for (found, whole) in values.iter().zip(&whole) {
             assert!((found - whole).abs() < 1e-9);
@@ -309,7 +309,7 @@ mod tests {
             .map(|count| 1e-4 * ((count + 32_768.0).rem_euclid(65_536.0) - 32_768.0))
             .collect();
         let found = jumps(&times(4000), &values);
-        let period = wrap(&values, &found, None, 1e-4).unwrap();
+        let period = wrap(&values, &found, &[], 1e-4).unwrap();
         assert!((period - 6.5536).abs() < 1e-12, "{period}");
         assert!(unwrap(&times(4000), &mut values, period) > found.len());
         for (found, whole) in values.iter().zip(&whole) {

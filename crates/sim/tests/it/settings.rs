@@ -67,6 +67,26 @@ fn what_is_printed_is_what_was_simulated() {
     );
 }
 
+/// A machine whose control corrects half of what it is told today is set to correct all of it.
+#[test]
+fn amounts_of_a_marlin_are_those_of_all_of_the_gap() {
+    let whole = settings(Control::Marlin, &RecommendOptions::default());
+    let halved = machine().map_axes(|config| {
+        let mut config = config.clone();
+        config.compensation.fixed_by_travel.correction = 0.5;
+        config
+    });
+    let (part, options) = (program(ARC), SimulateOptions::default());
+    let wanted = RecommendOptions::default();
+    let again = recommend(&part, &halved, &options, Control::Marlin, &wanted).unwrap();
+    assert!(
+        again.paste[0].starts_with("M425 F1.0 "),
+        "{:?}",
+        again.paste
+    );
+    assert_eq!((again.paste, again.after), (whole.paste, whole.after));
+}
+
 #[test]
 fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
     let wanted = RecommendOptions {
