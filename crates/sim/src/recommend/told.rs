@@ -2,7 +2,6 @@
 
 use super::RecommendOptions;
 use super::parameters::{Counting, ToldAxis, gap_of, step};
-use super::trials::wind_up;
 use crate::control::Control;
 use crate::machine::{Machine, MachineAxis};
 use lostmotion_base::units::deg;
@@ -52,6 +51,16 @@ pub(super) fn units(config: &AxisConfig, is_rotary: bool, motor_rad: f64) -> f64
     } else {
         units
     }
+}
+
+/// What friction winds the drive up by from one direction to the other, mm or deg.
+pub(super) fn wind_up(config: &AxisConfig, is_rotary: bool) -> f64 {
+    let load = config.reflected_load();
+    units(
+        config,
+        is_rotary,
+        2.0 * load.coulomb_nm / load.stiffness_nm_per_rad,
+    )
 }
 
 /// The machine as its control is told of it: the gap rounded to what the control takes, the least

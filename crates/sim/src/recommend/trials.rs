@@ -1,7 +1,7 @@
 //! The ways in which a control can be set, each a change of the machine's axes.
 
 use super::parameters::{Counting, gap_of, parameters};
-use super::told::{axes, units};
+use super::told::{axes, units, wind_up};
 use crate::control::Control;
 use crate::machine::Machine;
 use crate::method::Choice;
@@ -154,16 +154,6 @@ pub(super) fn trials(control: Control) -> Vec<Trial> {
         }
     }
     all.into_iter().flatten().collect()
-}
-
-/// What friction winds the drive up by from one direction to the other, mm or deg.
-pub(super) fn wind_up(config: &AxisConfig, is_rotary: bool) -> f64 {
-    let load = config.reflected_load();
-    units(
-        config,
-        is_rotary,
-        2.0 * load.coulomb_nm / load.stiffness_nm_per_rad,
-    )
 }
 
 /// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
