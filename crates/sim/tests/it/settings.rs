@@ -363,18 +363,17 @@ fn what_is_left_is_taken_off_along_the_normal() {
     assert!(of(20.0).text.contains("along the normal"));
 }
 
+/// A program rewritten for the worn machine, with nothing asked for.
+fn rewritten(text: &str) -> Rewritten {
+    let (options, wanted) = (SimulateOptions::default(), RewriteOptions::default());
+    rewrite(&program(text), &machine(), &options, &wanted).unwrap()
+}
+
 /// A way home by a place that half a gap is missing to has a first move that the original does not have.
 #[test]
 fn a_way_home_from_half_a_gap_aside_is_kept() {
     let text = "G21 G90 G17 G61.1\nG0 X0 Y0 Z10\nG1 X20 F900\nG1 Y20\nG28 Z10\nG90\nG0 Z8\nG1 X0 F900\nG1 Y0\nM2\n";
-    let options = SimulateOptions::default();
-    let new = rewrite(
-        &program(text),
-        &machine(),
-        &options,
-        &RewriteOptions::default(),
-    )
-    .unwrap();
+    let new = rewritten(text);
     assert_eq!(new.refused, None);
     assert!(new.text.contains("\nG28 Z10\n"), "{}", new.text);
 }
@@ -383,14 +382,7 @@ fn a_way_home_from_half_a_gap_aside_is_kept() {
 #[test]
 fn arcs_of_several_turns_are_cut_at_their_reversals() {
     let text = "G21 G90 G17 G64 P0.01\nG0 X10 Y0 Z5\nG1 Z0 F300\nG3 X10 Y0 Z-3 I-10 J0 P3 F600\nG0 Z5\nM2\n";
-    let options = SimulateOptions::default();
-    let new = rewrite(
-        &program(text),
-        &machine(),
-        &options,
-        &RewriteOptions::default(),
-    )
-    .unwrap();
+    let new = rewritten(text);
     assert_eq!((new.refused.as_deref(), new.arcs_split), (None, 1));
     // Quarters of three turns, but where a circle begins on a reversal.
     let arcs = new.text.lines().filter(|line| line.starts_with("G3"));
@@ -407,14 +399,7 @@ fn arcs_of_several_turns_are_cut_at_their_reversals() {
 #[test]
 fn marks_say_what_a_line_is_for() {
     let text = "G21 G90 G17 G61\nG0 X10 Y0 Z5\nG1 Z0 F300\nG3 X10 Y0 I-10 J0 F1200\nG1 X20 Y3\nG1 X30 Y3.5\nG2 X40 Y3.5 I5 J0\nG0 Z5\nM2\n";
-    let options = SimulateOptions::default();
-    let new = rewrite(
-        &program(text),
-        &machine(),
-        &options,
-        &RewriteOptions::default(),
-    )
-    .unwrap();
+    let new = rewritten(text);
     assert_eq!(new.refused, None);
     println!("{}", new.text);
     // Z is not wound up by the arcs, which are split in four and one.
