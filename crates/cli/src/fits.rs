@@ -68,10 +68,10 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
     })?;
     let mut told = config.clone();
     told.compensation.tell_gap(Gap::MotorRad(gap_rad));
-    // Methods err small by as much as the log leaves open.
+    // Methods err small by as much as the log leaves open, however well the gap was known before.
     let [least, _] = result.gap_interval;
     let open = (result.gap - least) / result.gap;
-    if open > told.compensation.gap_uncertainty && open < 1.0 {
+    if (0.0..1.0).contains(&open) {
         told.compensation.gap_uncertainty = open;
     }
     // Without the axis the fit counts in the log's units: its load would be wrong by a factor.

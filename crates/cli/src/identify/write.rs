@@ -12,6 +12,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
+/// Keys of a gap.
+const IS_GAP: [&str; 3] = ["gap_um", "gap_mdeg", "gap_rad"];
+
 pub(super) fn write_overlay(
     path: &Path,
     log: &BodyLog,
@@ -55,6 +58,13 @@ pub(super) fn write_axis(
             format!("{base}; {why}")
         } else if set(&mut axis, finding) {
             let [_, low, high] = with_interval(finding.measured);
+            if IS_GAP.contains(&finding.key) {
+                axis.compensation.gap_uncertainty = rounded_up(finding.measured.uncertainty());
+                sources.insert(
+                    ("compensation", "gap_uncertainty"),
+                    "the longer half of the gap's interval".to_owned(),
+                );
+            }
             format!("measured: {log}, 95 %: {low} to {high}")
         } else {
             format!("{base}; {log} does not tell it")
@@ -87,6 +97,11 @@ pub(super) fn write_axis(
         .map_err(|error| WriteError::io("write", path, error))?;
     file.commit()?;
     Ok(())
+}
+
+/// To a thousandth.
+fn rounded_up(part: f64) -> f64 {
+    (part * 1e3).ceil() / 1e3
 }
 
 /// Sets a value of the description; false where it has none of the kind.

@@ -28,14 +28,12 @@ impl Interpreter {
             len: 0,
             ..self.span
         };
-        self.forgive(
-            if self.percent == Percent::Open {
-                Problem::NoClosingPercent
-            } else {
-                Problem::NoProgramEnd
-            },
-            Leniency::MissingEnd,
-        );
+        if self.percent == Percent::Open {
+            self.forgive(Problem::NoClosingPercent, Leniency::MissingEnd);
+        } else if !self.config.dialect.is_printer() {
+            // Firmware of printers has no code for the end.
+            self.forgive(Problem::NoProgramEnd, Leniency::MissingEnd);
+        }
         self.settle_habits();
         self.state.ended = true;
         Step::Ended

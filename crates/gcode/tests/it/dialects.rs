@@ -294,6 +294,16 @@ fn jumps_to_lines_that_are_not_there_are_told_and_jumping_forever_ends() {
     assert!(codes("N1 #1=1\nGOTO 1\nM30\n", config(Dialect::Fanuc)).contains(&"idle-loop"));
 }
 
+/// Firmware of printers has no code for the end of a program.
+#[test]
+fn programs_of_printers_end_with_their_last_line() {
+    let text = "G90\nG1 X10 F600\n";
+    for dialect in [Dialect::Marlin, Dialect::Klipper] {
+        assert!(codes(text, config(dialect)).is_empty(), "{dialect}");
+    }
+    assert_eq!(codes(text, config(Dialect::Fanuc)), ["no-program-end"]);
+}
+
 #[test]
 fn siemens_is_refused_by_name_in_every_dialect() {
     for line in [

@@ -40,6 +40,9 @@ use crate::even::EvenGrid;
 use crate::settings::LATENESS_S;
 use serde::Serialize;
 
+/// What is off by all of itself or more is told as off by this part.
+const MOST_UNCERTAIN: f64 = 0.99;
+
 /// A figure with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figure {
@@ -55,6 +58,13 @@ impl Figure {
     /// Whether the interval leaves zero out.
     pub fn is_told(&self) -> bool {
         self.interval[0] > 0.0 || self.interval[1] < 0.0
+    }
+
+    /// How far off the value may be, as a part of it, below 1: the longer half of the interval.
+    pub fn uncertainty(&self) -> f64 {
+        let [low, high] = self.interval;
+        let half = (self.value - low).max(high - self.value);
+        (half / self.value.abs()).clamp(0.0, MOST_UNCERTAIN)
     }
 
     /// The same with an interval that is wider by so much to either side.

@@ -27,6 +27,10 @@ const VELOCITY: usize = 2;
 const ACCELERATION: usize = 3;
 const JERK: usize = 4;
 
+/// How far off a gap may be that is lent or a guess, as a part of it. A choice: between machines of one
+/// kind gaps differ by ten times, and what nobody measured is not to be set or rewritten for.
+const OF_GUESSED_GAP: f64 = 0.9;
+
 /// Time in which a control without a limit of jerk reaches its acceleration here, s. A choice: some
 /// cycles of the control.
 const SUDDEN_S: f64 = 5e-3;
@@ -134,7 +138,7 @@ fn sections(
             Some(own) => stepper::drive(axis, own, draft.size, dynamic, out, rows),
             None => section(axis, &lender, out, rows),
         }
-        carried(axis, out);
+        compensation(axis, named.is_some(), out, rows);
     }
     Ok(travel)
 }
@@ -381,13 +385,31 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
     ));
 }
 
-/// Writes the method that the control runs.
-fn carried(axis: &DraftAxis, out: &mut String) {
-    let Some(carried) = &axis.carried else { return };
+/// Writes the method that the control runs, and how little is known of a gap that nobody told, neither
+/// the description nor the user by the name of a machine.
+fn compensation(axis: &DraftAxis, is_named: bool, out: &mut String, rows: &mut Vec<Row>) {
     let letter = axis.id.letter().to_ascii_lowercase();
-    let _ = write!(
+    let is_told = axis.gap.is_some() || is_named;
+    if is_told && axis.carried.is_none() {
+        return;
+    }
+    let _ = write!(out, "\n[axis.{letter}.compensation]\n");
+    if !is_told {
+        let note =
+            "nobody tells the gap: methods are told a tenth of this one until it is measured";
+        let value = float(OF_GUESSED_GAP);
+        let _ = writeln!(out, "gap_uncertainty = {value} # guess: {note}");
+        rows.push(Row {
+            key: format!("axis.{letter}.compensation.gap_uncertainty"),
+            value,
+            fate: Fate::Guessed,
+            note: note.to_owned(),
+        });
+    }
+    let Some(carried) = &axis.carried else { return };
+    let _ = writeln!(
         out,
-        "\n# the control does it already: {}\n[axis.{letter}.compensation]\nmethod = \"{}\"\n",
+        "# the control does it already: {}\nmethod = \"{}\"",
         carried.from, carried.method
     );
     let table = carried.method.replace('-', "_");

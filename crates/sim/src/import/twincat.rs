@@ -56,6 +56,9 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("Analog", "VeloReferenz", "scale of the drive's command"),
 ];
 
+/// Of a limit in a version that is not known.
+const NOT_READ: &str = "not read: compare it with what was taken";
+
 /// Reads the axes.
 fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     let document = xml(text, MOST_NODES)?;
@@ -88,6 +91,14 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         for part in node.descendants().filter(Node::is_element) {
             let tag = part.tag_name().name();
             if tag.starts_with("SoftEnd") && part.attribute("Enable") != Some("true") {
+                if let Some(text) = part.attribute("Range") {
+                    draft.row(
+                        format!("{axis} {tag} Range"),
+                        text,
+                        Fate::Ignored,
+                        "the end is switched off",
+                    );
+                }
                 continue;
             }
             if let Err(found) = limits(&mut draft, part, axis, line(part)) {
@@ -128,43 +139,50 @@ fn limits(draft: &mut Draft, part: Node<'_, '_>, axis: AxisId, line: usize) -> R
         };
         draft.tell(axis, *quantity, Told { value, from, line }, text);
     }
-    // What else is about limits, in whichever version it is written.
-    let is_limit = matches!(tag, "Dynamic" | "Velo") || tag.starts_with("SoftEnd");
-    for attribute in part.attributes().filter(|_| is_limit) {
-        let own = attribute.name();
-        let is_taken = LIMITS
-            .iter()
-            .any(|(element, taken, _)| (*element, *taken) == (tag, own));
-        if !is_taken && own != "Enable" {
-            draft.row(
-                format!("{axis} {tag} {own}"),
-                attribute.value(),
-                Fate::Ignored,
-                "not read: compare it with what was taken",
-            );
-        }
-    }
-    // In which unit and with which sign has no source here.
-    let says = |name: &str| name.to_ascii_lowercase().contains("backlash");
     for attribute in part.attributes() {
-        if says(tag) || says(attribute.name()) {
+        if let Some(why) = why_ignored(part, attribute.name()) {
             draft.row(
                 format!("{axis} {tag} {}", attribute.name()),
                 attribute.value(),
                 Fate::Ignored,
-                "backlash, not carried: as gap_um in the axis' load, with compensation.method",
-            );
-        }
-    }
-    for (element, attribute, why) in KNOWN {
-        if let Some(text) = part.attribute(*attribute).filter(|_| tag == *element) {
-            draft.row(
-                format!("{axis} {tag} {attribute}"),
-                text,
-                Fate::Ignored,
-                *why,
+                why,
             );
         }
     }
     Ok(())
+}
+
+/// Why an attribute is not taken over; `None` if it is, or is no parameter.
+fn why_ignored(part: Node<'_, '_>, attribute: &str) -> Option<&'static str> {
+    let tag = part.tag_name().name();
+    if LIMITS
+        .iter()
+        .any(|(element, taken, _)| (*element, *taken) == (tag, attribute))
+    {
+        return None;
+    }
+    // In which unit and with which sign has no source here.
+    let says = |name: &str| name.to_ascii_lowercase().contains("backlash");
+    if says(tag) || says(attribute) {
+        return Some(
+            "backlash, not carried: as gap_um in the axis' load, with compensation.method",
+        );
+    }
+    if let Some((_, _, why)) = KNOWN
+        .iter()
+        .find(|(element, known, _)| (*element, *known) == (tag, attribute))
+    {
+        return Some(why);
+    }
+    // What else is about limits, in whichever version it is written.
+    if tag.starts_with("SoftEnd") {
+        return (attribute != "Enable").then_some(NOT_READ);
+    }
+    if matches!(tag, "Dynamic" | "Velo") {
+        return Some(NOT_READ);
+    }
+    // Parameters stand below AxisPara, EncPara, DrvPara and CtrPara.
+    part.ancestors()
+        .any(|node| node.tag_name().name().ends_with("Para"))
+        .then_some("not read")
 }

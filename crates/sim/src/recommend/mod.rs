@@ -29,8 +29,8 @@ use crate::simulation::Simulation;
 use lostmotion_methods::MethodId;
 use parameters::{Counting, parameters, step, unknown};
 use results::{Better, ControlSettings, GapEnd, SETTINGS_SCHEMA_VERSION};
-use told::{axes, told, wind_up_note, with_gaps_at};
-use trials::{Trial, best_curve, curve_trials, trials, wound_up};
+use told::{axes, told, with_gaps_at};
+use trials::{Trial, best_curve, curve_trials, trials, wind_up_note, wound_up};
 
 /// What is asked for besides the control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ pub fn recommend(
         control,
         wanted,
         // Of controls that stop to compensate the stops belong to what is set.
-        told: told(machine, control, &counting, wanted).with_stops(control.stops()),
+        told: told(machine, wanted).with_stops(control.stops()),
         counting,
         answer: ControlSettings {
             schema: SETTINGS_SCHEMA_VERSION,
@@ -138,7 +138,8 @@ impl Advice<'_> {
     fn given(mut self) -> Result<ControlSettings, SimError> {
         self.note_what_is_set();
         // Step 1: amounts that are not measured are sought.
-        let trials = trials(self.control);
+        let steps = [false, true].map(|is_rotary| step(self.control, &self.counting, is_rotary));
+        let trials = trials(self.control, steps);
         if trials.is_empty() {
             self.answer.refused = Some(unknown(self.control));
             let run = self.baseline()?;
@@ -267,8 +268,7 @@ impl Advice<'_> {
     /// The best way, behind the same with the wind-up in its gaps where that is better: a dial gauge
     /// measures gap and wind-up together, and the description tells both.
     fn candidates(&mut self, best: Trial) -> Result<Vec<Trial>, SimError> {
-        let steps = [false, true].map(|is_rotary| step(self.control, &self.counting, is_rotary));
-        let Some(wound) = wound_up(&best, &self.told, steps) else {
+        let Some(wound) = wound_up(&best, &self.told) else {
             return Ok(vec![best]);
         };
         let both = [best.clone(), wound.clone()];
@@ -310,7 +310,7 @@ impl Advice<'_> {
         self.answer.wrong.clone_from(&result.misled);
         self.answer.trust.clone_from(&run.trust);
         self.answer.notes.extend(result.notes.iter().cloned());
-        self.answer.notes.extend(wind_up_note(&self.told, set));
+        self.answer.notes.extend(wind_up_note(trial, set));
         self.answer.better = beyond(self.program, self.machine, &self.options, &mut self.answer)?;
         if let Some(reason) = &result.not_recommended {
             self.answer.refused = Some(format!("{}: {reason}", trial.name()));

@@ -1,8 +1,7 @@
 //! What a control is told of a machine, and the machine with other gaps than it is told.
 
 use super::RecommendOptions;
-use super::parameters::{Counting, ToldAxis, gap_of, step};
-use crate::control::Control;
+use super::parameters::{ToldAxis, gap_of};
 use crate::machine::{Machine, MachineAxis};
 use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};
@@ -63,22 +62,15 @@ pub(super) fn wind_up(config: &AxisConfig, is_rotary: bool) -> f64 {
     )
 }
 
-/// The machine as its control is told of it: the gap rounded to what the control takes, the least
-/// that it may be, and the limits of the joints.
-pub(super) fn told(
-    machine: &Machine,
-    control: Control,
-    counting: &Counting,
-    wanted: &RecommendOptions,
-) -> Machine {
+/// The machine as its control is told of it: the least gap that it may have, which a trial rounds to what
+/// the control takes, and the limits of the joints.
+pub(super) fn told(machine: &Machine, wanted: &RecommendOptions) -> Machine {
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
         let least = units(&config, is_rotary, config.reflected_load().gap_rad)
             * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
-        let step = step(control, counting, is_rotary);
-        let value = (least / step).round() * step;
-        config.compensation.tell_gap(gap_of(value, is_rotary));
+        config.compensation.tell_gap(gap_of(least, is_rotary));
         // The least has been taken.
         config.compensation.gap_uncertainty = 0.0;
         config
@@ -148,42 +140,14 @@ pub(super) fn axes(set: &Machine) -> Vec<ToldAxis> {
     all
 }
 
-/// How much of the told amounts is wind-up, if any of it is.
-pub(super) fn wind_up_note(told: &Machine, set: &Machine) -> Option<String> {
-    let parts: Vec<String> = axes(told)
-        .iter()
-        .zip(axes(set))
-        .filter(|(gap, both)| both.gap > gap.gap)
-        .map(|(_, axis)| {
-            let unit = if axis.is_rotary { "mdeg" } else { "um" };
-            // Amounts are rounded to what the control takes.
-            let wind_up = 1e3 * wind_up(&axis.config, axis.is_rotary);
-            format!("{} {wind_up:.1} {unit}", axis.name)
-        })
-        .collect();
-    (!parts.is_empty()).then(|| {
-        format!(
-            "in the amounts is the wind-up of the drive, twice the friction over the stiffness: {}",
-            parts.join(", ")
-        )
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_gcode::Units;
 
     #[test]
     fn the_second_motor_of_an_axis_is_told_its_limits() {
         let machine = Machine::preset("gantry3").unwrap();
-        let counting = Counting {
-            detection_unit_um: 1.0,
-            units: Units::Mm,
-            joints: Vec::new(),
-        };
-        let wanted = RecommendOptions::default();
-        let told = told(&machine, Control::LinuxCnc, &counting, &wanted);
+        let told = told(&machine, &RecommendOptions::default());
         let gantry = told.gantry().unwrap();
         let limits = |config: &AxisConfig| {
             let linuxcnc = &config.compensation.fixed_linuxcnc;

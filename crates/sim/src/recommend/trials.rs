@@ -18,6 +18,10 @@ const PULSE: &str = "decaying-pulse";
 pub(super) struct Trial {
     pub(super) method: MethodId,
     pub(super) said: String,
+    /// What the control takes of a told gap, mm and deg: it is rounded to that.
+    steps: [f64; 2],
+    /// Whether the wind-up of the drive is in what is told.
+    is_wound: bool,
     change: Arc<dyn Fn(&mut AxisConfig) + Send + Sync>,
 }
 
@@ -30,6 +34,8 @@ impl Trial {
         Some(Trial {
             method: method.parse().ok()?,
             said: said.into(),
+            steps: [0.0; 2],
+            is_wound: false,
             change: Arc::new(change),
         })
     }
@@ -42,9 +48,21 @@ impl Trial {
     pub(super) fn on(&self, told: &Machine) -> Machine {
         told.map_axes(|config| {
             let mut config = config.clone();
-            (self.change)(&mut config);
+            self.change(&mut config);
             config
         })
+    }
+
+    /// Sets an axis, its gap rounded to what the control takes.
+    fn change(&self, config: &mut AxisConfig) {
+        (self.change)(config);
+        let is_rotary = is_rotary(config);
+        let step = self.steps[usize::from(is_rotary)];
+        if let Some(told) = told_gap(config).filter(|_| step > 0.0) {
+            config
+                .compensation
+                .tell_gap(gap_of((told / step).round() * step, is_rotary));
+        }
     }
 
     /// Whether there are numbers to set for it, or a reason why it cannot be set.
@@ -60,13 +78,13 @@ impl Trial {
     }
 
     pub(super) fn choice(&self) -> Choice {
-        let change = Arc::clone(&self.change);
-        Choice::set(self.name(), self.method, move |config| change(config))
+        let own = self.clone();
+        Choice::set(self.name(), self.method, move |config| own.change(config))
     }
 }
 
 /// The ways in which a control can be set: each method that it has, with the amounts that are sought.
-pub(super) fn trials(control: Control) -> Vec<Trial> {
+pub(super) fn trials(control: Control, steps: [f64; 2]) -> Vec<Trial> {
     let mut all = Vec::new();
     for method in control.methods() {
         let method = *method;
@@ -153,45 +171,79 @@ pub(super) fn trials(control: Control) -> Vec<Trial> {
             _ => all.push(Trial::new(method, "", |_| ())),
         }
     }
-    all.into_iter().flatten().collect()
+    let all = all.into_iter().flatten();
+    all.map(|trial| Trial { steps, ..trial }).collect()
+}
+
+fn is_rotary(config: &AxisConfig) -> bool {
+    config.transmission.unit() != AxisUnit::Mm
+}
+
+/// The gap that an axis is told, mm or deg.
+fn told_gap(config: &AxisConfig) -> Option<f64> {
+    let told = config
+        .compensation
+        .fixed
+        .gap?
+        .motor_rad(&config.transmission);
+    Some(units(config, is_rotary(config), told))
 }
 
 /// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
 /// one direction to the other, `2 F/k`. `None` for a method that is not told a length, and where
 /// the wind-up is below what the control takes.
-pub(super) fn wound_up(best: &Trial, told: &Machine, steps: [f64; 2]) -> Option<Trial> {
+pub(super) fn wound_up(best: &Trial, told: &Machine) -> Option<Trial> {
     if !best.method.told_gap() || best.method.name() == PULSE {
         return None;
     }
-    // The told amount with it, in steps of the control, mm or deg.
-    let amount = move |config: &AxisConfig| {
-        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
-        let step = steps[usize::from(is_rotary)];
-        let wind_up = wind_up(config, is_rotary);
-        let told = config
-            .compensation
-            .fixed
-            .gap?
-            .motor_rad(&config.transmission);
-        let value = units(config, is_rotary, told) + wind_up;
-        (wind_up >= 0.5 * step).then(|| gap_of((value / step).round() * step, is_rotary))
-    };
-    told.axes()
-        .iter()
-        .any(|axis| amount(&axis.config).is_some())
-        .then_some(())?;
+    let steps = best.steps;
+    let is_taken = move |config: &AxisConfig| is_wind_up_taken(config, steps);
+    if !told.axes().iter().any(|axis| is_taken(&axis.config)) {
+        return None;
+    }
     let before = Arc::clone(&best.change);
     let said = [best.said.as_str(), "gap and wind-up"];
     let said = said.map(str::trim).into_iter().filter(|it| !it.is_empty());
     Some(Trial {
-        method: best.method,
         said: said.collect::<Vec<_>>().join(", "),
+        is_wound: true,
         change: Arc::new(move |config| {
             before(config);
-            if let Some(gap) = amount(config) {
-                config.compensation.tell_gap(gap);
+            let is_rotary = is_rotary(config);
+            if let Some(gap) = told_gap(config).filter(|_| is_taken(config)) {
+                let both = gap + wind_up(config, is_rotary);
+                config.compensation.tell_gap(gap_of(both, is_rotary));
             }
         }),
+        ..best.clone()
+    })
+}
+
+/// Whether a control can be told of the wind-up, which is at least half of its step.
+fn is_wind_up_taken(config: &AxisConfig, steps: [f64; 2]) -> bool {
+    let is_rotary = is_rotary(config);
+    wind_up(config, is_rotary) >= 0.5 * steps[usize::from(is_rotary)]
+}
+
+/// How much of the told amounts is wind-up, if any of it is.
+pub(super) fn wind_up_note(tried: &Trial, set: &Machine) -> Option<String> {
+    let axes = axes(set);
+    let of_axis = axes
+        .iter()
+        .filter(|axis| tried.is_wound && is_wind_up_taken(&axis.config, tried.steps));
+    let parts: Vec<String> = of_axis
+        .map(|axis| {
+            let unit = if axis.is_rotary { "mdeg" } else { "um" };
+            // Amounts are rounded to what the control takes.
+            let wind_up = 1e3 * wind_up(&axis.config, axis.is_rotary);
+            format!("{} {wind_up:.1} {unit}", axis.name)
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "in the amounts is the wind-up of the drive, twice the friction over the stiffness: {}",
+            parts.join(", ")
+        )
     })
 }
 
@@ -234,7 +286,9 @@ pub(super) fn curve_trials(control: Control, run: &Run, trials: &[Trial]) -> Vec
             }));
         }
     }
-    all.into_iter().flatten().collect()
+    let all = all.into_iter().flatten();
+    let steps = pulse.steps;
+    all.map(|trial| Trial { steps, ..trial }).collect()
 }
 
 /// What the best curve leaves beside the best constant pulse.

@@ -5,6 +5,7 @@
 //! pauses (`locate`). A limit counts as exceeded where the record proves it, whatever its rounding
 //! and noise (`rates`).
 
+mod blocks;
 mod locate;
 mod path;
 mod rates;
@@ -15,6 +16,7 @@ use crate::motion::{self, Checked, Curves};
 use crate::program::BlockTexts;
 use crate::results::ProgramInfo;
 use crate::setup::Setup;
+use blocks::{Blocks, Holes};
 use locate::{Coordinates, Located, Unfound, follow, goes_on, locate};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, Coords};
@@ -22,7 +24,7 @@ use path::{Foot, ProgrammedPath};
 use rates::{Channel, Fineness, Order, time_bound_s};
 use results::{
     Derivative, LimitUse, RECORD_SCHEMA, RecordCheck, RecordCoordinates, RecordKind, RecordPlace,
-    RecordedAxisCheck, RecordedBlock,
+    RecordedAxisCheck,
 };
 
 /// Time between rows beyond which limits are not told, and beyond which nothing is, s. Choices: a stroke's
@@ -36,8 +38,6 @@ const LIMIT_SLACK: f64 = 0.005;
 const SERVO_SLACK: f64 = 0.1;
 /// Part of a limit that an error of a derivative may be for the record to tell it.
 const TOLD_SHARE: f64 = 0.5;
-/// Distance that is none, mm: roundings of programs.
-const SLACK_MM: f64 = 1e-4;
 /// Other places that are listed.
 const MOST_OTHERS: usize = 10;
 /// Derivatives with the place of their limit.
@@ -179,6 +179,7 @@ struct OnPath<'a> {
     /// The last feet, as many as parts share.
     tail: Vec<Foot>,
     blocks: Blocks<'a>,
+    holes: Holes,
     axes: Vec<RecordedAxisCheck>,
     untold: Vec<String>,
 }
@@ -270,6 +271,7 @@ impl<'a> Record<'a> {
                     first: feet.first().copied().unwrap_or_default(),
                     tail: Vec::new(),
                     blocks: Blocks::new(self.setup, recorded, self.path, error_mm),
+                    holes: Holes::default(),
                     axes: Vec::new(),
                     untold: Vec::new(),
                     located,
@@ -277,9 +279,14 @@ impl<'a> Record<'a> {
             }
         };
         found.blocks.error_mm = found.blocks.error_mm.max(error_mm);
+        let mut before = found.tail.last().map(|foot| (found.to_s, *foot));
         found.to_s = time(last);
         for (row, foot) in feet.iter().enumerate().skip(shared) {
-            found.blocks.add(time(first + row), foot);
+            let now = (time(first + row), *foot);
+            if let Some(before) = before.replace(now) {
+                found.holes.between(before, now, found.period_s);
+            }
+            found.blocks.add(now.0, foot);
         }
         let mut untold = Vec::new();
         let range = first..last + 1;
@@ -324,6 +331,7 @@ impl<'a> Record<'a> {
         if found.kind == RecordKind::Measured {
             untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
         }
+        untold.extend(found.holes.untold(path));
         untold.extend(found.untold);
         let located = &found.located;
         if located.coordinates == Coordinates::Found && path.pieces.iter().any(|piece| piece.rapid)
@@ -655,148 +663,4 @@ impl<'a> Channels<'a> {
 fn short(value: f64) -> String {
     let digits = 2.0 - lostmotion_base::math::log10(value.abs().max(1e-9)).floor();
     format!("{value:.*}", digits.clamp(0.0, 9.0) as usize)
-}
-
-/// The blocks that the record goes through.
-struct Blocks<'a> {
-    path: &'a ProgrammedPath,
-    kind: RecordKind,
-    tolerance_mm: f64,
-    error_mm: f64,
-    rows: u64,
-    square: f64,
-    /// Each with the first and last of its pieces.
-    found: Vec<(usize, usize, RecordedBlock)>,
-}
-
-impl<'a> Blocks<'a> {
-    fn new(
-        setup: &Setup<'_>,
-        recorded: &Recorded,
-        path: &'a ProgrammedPath,
-        error_mm: f64,
-    ) -> Blocks<'a> {
-        let told = setup.options.tolerance_um;
-        let tolerance_um = told.unwrap_or(setup.machine.simulate().tolerance_um);
-        Blocks {
-            path,
-            kind: recorded.kind,
-            tolerance_mm: 1e-3 * tolerance_um,
-            error_mm,
-            rows: 0,
-            square: 0.0,
-            found: Vec::new(),
-        }
-    }
-
-    /// How far the record may be off at a foot, mm.
-    fn allowed_mm(&self, foot: &Foot, rapid: bool) -> Option<f64> {
-        let blending = self.path.tolerance_mm(foot)?;
-        match self.kind {
-            RecordKind::Commanded => Some(blending),
-            RecordKind::Measured => (!rapid).then_some(blending + self.tolerance_mm),
-        }
-    }
-
-    /// Takes the foot of the next row.
-    fn add(&mut self, time_s: f64, foot: &Foot) {
-        self.rows += 1;
-        self.square += foot.distance_mm * foot.distance_mm;
-        let Some(piece) = self.path.pieces.get(foot.piece) else {
-            return;
-        };
-        let allowed = self.allowed_mm(foot, piece.rapid);
-        let at = self.position(foot.piece);
-        let off_um = 1e3 * foot.distance_mm;
-        let is_outside = allowed.is_some_and(|mm| foot.distance_mm > mm + self.error_mm + SLACK_MM);
-        let index = match at {
-            Ok(index) => index,
-            Err(index) => {
-                // A spline or a rounded contour is one block of many pieces.
-                let goes_on = index
-                    .checked_sub(1)
-                    .and_then(|before| self.found.get_mut(before))
-                    .filter(|(_, last, block)| {
-                        block.block == piece.block && foot.piece - *last <= 1
-                    });
-                if let Some((_, last, _)) = goes_on {
-                    *last = foot.piece;
-                    index - 1
-                } else {
-                    let block = RecordedBlock {
-                        block: piece.block,
-                        rapid: piece.rapid,
-                        from_s: time_s,
-                        deviation_s: time_s,
-                        allowed_um: allowed.map(|mm| 1e3 * mm),
-                        ..RecordedBlock::default()
-                    };
-                    self.found.insert(index, (foot.piece, foot.piece, block));
-                    index
-                }
-            }
-        };
-        let Some((_, _, block)) = self.found.get_mut(index) else {
-            return;
-        };
-        block.to_s = time_s;
-        block.is_outside |= is_outside;
-        // The place that is worst against what is allowed there.
-        let share = |off: f64, allowed: Option<f64>| off / allowed.unwrap_or(1e3).max(1e-3);
-        let allowed_um = allowed.map(|mm| 1e3 * mm);
-        if share(off_um, allowed_um) > share(block.deviation_um, block.allowed_um)
-            || block.deviation_um == 0.0
-        {
-            (block.deviation_um, block.deviation_s, block.allowed_um) =
-                (off_um, time_s, allowed_um);
-        }
-    }
-
-    /// Takes the use of a limit on a piece.
-    fn limit(&mut self, piece: usize, used: LimitUse) {
-        let Ok(index) = self.position(piece) else {
-            return;
-        };
-        let Some((_, _, block)) = self.found.get_mut(index) else {
-            return;
-        };
-        if block
-            .limit
-            .as_ref()
-            .is_none_or(|other| used.certain() > other.certain())
-        {
-            block.limit = Some(used);
-        }
-    }
-
-    fn position(&self, piece: usize) -> Result<usize, usize> {
-        self.found.binary_search_by(|(first, last, _)| {
-            if *last < piece {
-                std::cmp::Ordering::Less
-            } else if *first > piece {
-                std::cmp::Ordering::Greater
-            } else {
-                std::cmp::Ordering::Equal
-            }
-        })
-    }
-
-    fn finish(self, answer: &mut RecordCheck, keep: usize) {
-        answer.deviation_rms_um = 1e3 * (self.square / self.rows.max(1) as f64).sqrt();
-        answer.deviation_plus_minus_um = 1e3 * self.error_mm;
-        let mut blocks: Vec<RecordedBlock> =
-            self.found.into_iter().map(|(_, _, block)| block).collect();
-        answer.block_count = blocks.len() as u64;
-        answer.at_fault = blocks.iter().filter(|block| block.is_at_fault()).count() as u64;
-        answer.deviation_max_um = blocks
-            .iter()
-            .map(|block| block.deviation_um)
-            .fold(0.0, f64::max);
-        blocks.sort_by(|a, b| {
-            let by_fault = b.is_at_fault().cmp(&a.is_at_fault());
-            by_fault.then(b.times().total_cmp(&a.times()))
-        });
-        blocks.truncate(keep);
-        answer.blocks = blocks;
-    }
 }

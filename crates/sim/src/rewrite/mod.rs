@@ -183,11 +183,16 @@ pub fn rewrite(
     let pieces = steps.iter().map(stretches);
     let pieces: Vec<Vec<Stretch>> = pieces.collect::<Result<_, _>>().map_err(placed)?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
-    let shares = machine
-        .axes()
-        .iter()
-        .map(|axis| uncertainty(&axis.config, wanted.gap_uncertainty));
-    let told = shares.fold(0.0, f64::max);
+    let shares = machine.axes().iter().map(|axis| {
+        let share = uncertainty(&axis.config, wanted.gap_uncertainty);
+        (share, axis.id)
+    });
+    let told = shares.fold(
+        (0.0, AxisId::X),
+        |most, own| {
+            if own.0 > most.0 { own } else { most }
+        },
+    );
     let work = Work {
         program,
         machine,
@@ -198,8 +203,9 @@ pub fn rewrite(
         pieces,
         dialect,
         half,
+        wanted_of_gap: wanted.gap_uncertainty,
         told,
-        least: (told > 0.0).then(|| {
+        least: (told.0 > 0.0).then(|| {
             machine.map_axes(|config| {
                 let share = uncertainty(config, wanted.gap_uncertainty);
                 with_gap_times(config, 1.0 - share)
@@ -258,8 +264,10 @@ struct Work<'a> {
     of_original: Vec<Option<usize>>,
     dialect: Dialect,
     half: [f64; 3],
-    /// How far off a gap may be at most, as a part of it; 0 where nobody tells.
-    told: f64,
+    /// How far off all gaps may be, as a part of them, where that is wanted.
+    wanted_of_gap: Option<f64>,
+    /// How far off a gap may be at most, as a part of it, and of which axis; 0 where nobody tells.
+    told: (f64, AxisId),
     /// The machine with the least gaps that it may have, where that is told.
     least: Option<Machine>,
 }
@@ -349,19 +357,27 @@ impl Work<'_> {
             answer.refused = Some(format!("the machine would stop: {stop}"));
             return Ok(answer);
         }
-        answer.refused = no_help(before, &after, &self.steps, "");
-        let told = self.told;
+        let (told, of_axis) = self.told;
         answer.is_uncertainty_told = told > 0.0;
-        if told > WIDEST {
-            let reason = format!(
-                "it does not help enough: a gap that may be off by {:.0} % is as good as unknown, and so little of it is taken up; measure it",
+        answer.refused = (told > WIDEST).then(|| {
+            format!(
+                "it does not help enough: a gap that may be off by {:.0} % (that of {of_axis}) is as good as unknown, and so little of it is taken up; measure it",
                 100.0 * told
-            );
-            answer.refused.get_or_insert(reason);
-        }
+            )
+        });
+        answer.refused = answer
+            .refused
+            .or_else(|| no_help(before, &after, &self.steps, ""));
         let share = if told > 0.0 { told } else { USUAL_SHARE };
         for factor in [1.0 - share, 1.0 + share] {
-            let end = machine.map_axes(|config| with_gap_times(config, factor));
+            let end = machine.map_axes(|config| {
+                let own = if told > 0.0 {
+                    uncertainty(config, self.wanted_of_gap)
+                } else {
+                    share
+                };
+                with_gap_times(config, 1.0 + (factor - 1.0).signum() * own)
+            });
             let before = self.judged_original(&end)?;
             let after = judge(&new, &end, options, &self.steps, &of_lines, None)?;
             let when = format!(

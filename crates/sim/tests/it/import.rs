@@ -3,8 +3,11 @@
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_kinematics::KinematicsSpec;
-use lostmotion_sim::Machine;
+use lostmotion_sim::control::Control;
 use lostmotion_sim::import::{Fate, ImportFormat, ImportOptions, Imported, import};
+use lostmotion_sim::recommend::{RecommendOptions, recommend};
+use lostmotion_sim::rewrite::{RewriteOptions, rewrite};
+use lostmotion_sim::{Machine, Program, SimulateOptions};
 
 fn imported(name: &str, text: &str) -> (Imported, Machine) {
     let format = ImportFormat::recognise(name, text).unwrap();
@@ -70,6 +73,46 @@ fn grbl_settings() {
 }
 
 /// The last of two counts, as on the machine; the one before it is told.
+/// A gap that nobody told is not set, nor is a program rewritten for it.
+#[test]
+fn a_gap_that_is_a_guess_is_known_to_be_one() {
+    // No machine is named that lends its gap.
+    let usual = |name, text| {
+        let format = ImportFormat::recognise(name, text).unwrap();
+        let told = import(name, text, format, &ImportOptions::default()).unwrap();
+        let machine = Machine::from_toml("imported.toml", &told.toml).unwrap();
+        (told, machine)
+    };
+    let (told, machine) = usual("dump.txt", GRBL);
+    let key = "axis.x.compensation.gap_uncertainty";
+    assert!(
+        told.rows
+            .iter()
+            .any(|row| row.key == key && row.fate == Fate::Guessed)
+    );
+    let part = Program::from_str("arc.ngc", "G21 G90\nG1 X9 Y-9 F600\nG3 X9 Y-9 I-2 J0\nM2\n");
+    let options = SimulateOptions::default();
+    let new = rewrite(&part, &machine, &options, &RewriteOptions::default()).unwrap();
+    let reason = new.refused.unwrap();
+    assert!(
+        reason.contains("(that of X) is as good as unknown"),
+        "{reason}"
+    );
+    let answer = recommend(
+        &part,
+        &machine,
+        &options,
+        Control::GrblHal,
+        &RecommendOptions::default(),
+    );
+    assert_eq!(answer.unwrap().gap_uncertainty, Some(0.9));
+    // One that is told is what the control believes.
+    let ini = "[KINS]\nKINEMATICS = trivkins coordinates=X\nJOINTS = 1\n[TRAJ]\nCOORDINATES = X\nLINEAR_UNITS = mm\n[JOINT_0]\nTYPE = LINEAR\nMAX_VELOCITY = 50\nMAX_ACCELERATION = 500\nBACKLASH = 0.02\nMIN_LIMIT = 0\nMAX_LIMIT = 300\n";
+    let (_, machine) = usual("m.ini", ini);
+    let x = &machine.axis(AxisId::X).unwrap().config;
+    assert_eq!(x.compensation.gap_uncertainty, 0.0);
+}
+
 #[test]
 fn a_grbl_setting_that_is_given_twice_is_told() {
     let text = GRBL.replace("$112=", "$110=3000\n$112=");

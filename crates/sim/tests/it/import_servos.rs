@@ -251,6 +251,7 @@ fn twincat_axes() {
     assert_eq!(c.velocity, std::f64::consts::FRAC_PI_2);
     assert!(machine.axis(AxisId::X).unwrap().limits.max != 7.0);
     assert_eq!(fate(&told, "Axis Conveyor"), Fate::Ignored);
+    assert_eq!(fate(&told, "X SoftEndMaxControl Range"), Fate::Ignored);
     // Limits in words that are not known are told.
     let other = one
         .replace("SoftEndMinControl", "SoftEndMin")
@@ -259,6 +260,19 @@ fn twincat_axes() {
     for key in ["X SoftEndMin Range", "X Dynamic MaxAcceleration"] {
         assert_eq!(fate(&told, key), Fate::Ignored);
     }
+    // So is every other parameter, and nothing that is none.
+    let more = one
+        .replace(
+            "</AxisPara>",
+            "<OtherSettings PulseDistancePos=\"0.5\"/></AxisPara>",
+        )
+        .replace("<Encoder>", "<Encoder EncType=\"4\">");
+    let (told, _) = read("Axis X.xti", &more);
+    assert_eq!(
+        fate(&told, "X OtherSettings PulseDistancePos"),
+        Fate::Ignored
+    );
+    assert!(told.rows.iter().all(|row| !row.key.contains("EncType")));
     // So is backlash, of which no source tells how it is written.
     let gap = one.replace("<EncPara ", "<EncPara Backlash=\"0.02\" ");
     let (told, _) = read("Axis X.xti", &gap);

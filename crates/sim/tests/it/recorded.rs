@@ -454,6 +454,46 @@ fn rows_that_are_far_apart_do_not_tell_limits() {
     );
 }
 
+/// Rows that are missing while it moves are said with their place; while it rests they are not missed.
+#[test]
+fn rows_that_are_missing_are_said_with_their_place() {
+    let plain = Make::default().record(PART);
+    let rows = plain.time_s.len();
+    let without = |from: usize, to: usize| {
+        let (mut before, behind) = (rows_of(&plain, 0..from), rows_of(&plain, to..rows));
+        before.time_s.extend(behind.time_s);
+        for (axis, more) in before.axes.iter_mut().zip(behind.axes) {
+            axis.values.extend(more.values);
+        }
+        before
+    };
+    let said = |record: &Recorded| {
+        let untold = checked(PART, record).unwrap().untold;
+        untold
+            .into_iter()
+            .find(|reason| reason.contains("rows are missing"))
+    };
+    assert_eq!(said(&plain), None);
+    let middle = rows / 4;
+    let (from, to) = (plain.time_s[middle], plain.time_s[middle + 101]);
+    let reason = said(&without(middle + 1, middle + 101)).unwrap();
+    assert!(
+        reason.starts_with(&format!(
+            "what the axes did between {from:.3} and {to:.3} s"
+        )),
+        "{reason}"
+    );
+    // a pause of a second, of which nobody has rows
+    let mut paused = plain.clone();
+    for time in paused.time_s.iter_mut().skip(middle) {
+        *time += 1.0;
+    }
+    for axis in &mut paused.axes {
+        axis.values[middle] = axis.values[middle - 1];
+    }
+    assert_eq!(said(&paused), None);
+}
+
 #[test]
 fn a_record_that_is_none_is_refused_with_its_row() {
     let good = Make::default().record(PART);

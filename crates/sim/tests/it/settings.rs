@@ -106,6 +106,12 @@ fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
         ..wanted
     };
     assert_eq!(settings(Control::Fanuc, &coarse).settings[0].value, "5");
+    // 35.2 um and the wind-up are 50.9, rounded once: 40 and the wind-up would be 6 units.
+    let once = RecommendOptions {
+        gap_uncertainty: Some(0.12),
+        ..coarse
+    };
+    assert_eq!(settings(Control::Fanuc, &once).settings[0].value, "5");
     for bad in [f64::NAN, -0.1, 1.0] {
         let wanted = RecommendOptions {
             gap_uncertainty: Some(bad),
