@@ -458,8 +458,26 @@ fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<Stri
             ));
         }
     }
+    if !quiet {
+        say_least_gaps(machine);
+    }
     methods
         .iter()
         .try_for_each(|name| check_fit(name, machine))?;
     Ok(methods)
+}
+
+/// Says of which gaps methods are told the least that they may be.
+fn say_least_gaps(machine: &Machine) {
+    let uncertain = machine.axes().iter().filter_map(|axis| {
+        let share = axis.config.compensation.gap_uncertainty;
+        (share > 0.0).then(|| format!("{} {:.0} %", axis.id, 100.0 * share))
+    });
+    let uncertain: Vec<String> = uncertain.collect();
+    if !uncertain.is_empty() {
+        remark(&format!(
+            "note: methods are told the least that a gap may be; it may be off by (compensation.gap_uncertainty): {}",
+            uncertain.join(", ")
+        ));
+    }
 }

@@ -15,7 +15,7 @@ pub mod results;
 mod told;
 mod trials;
 
-pub(crate) use told::{uncertainty, with_gap_times};
+pub(crate) use told::{WIDEST, uncertainty, with_gap_times};
 
 use crate::control::Control;
 use crate::error::SimError;
@@ -29,7 +29,7 @@ use crate::simulation::Simulation;
 use lostmotion_methods::MethodId;
 use parameters::{Counting, parameters, step, unknown};
 use results::{Better, ControlSettings, GapEnd, SETTINGS_SCHEMA_VERSION};
-use told::{axes, told, with_gaps_at};
+use told::{axes, measure_first, told, with_gaps_at};
 use trials::{Trial, best_curve, curve_trials, trials, wind_up_note, wound_up};
 
 /// What is asked for besides the control.
@@ -323,7 +323,9 @@ impl Advice<'_> {
                 self.answer.within_tolerance = result.within_tolerance;
                 self.answer.settings = found.settings;
                 self.answer.paste = found.paste;
-                self.answer.preconditions = found.preconditions;
+                let first = measure_first(self.machine, self.wanted);
+                self.answer.preconditions = first.into_iter().collect();
+                self.answer.preconditions.extend(found.preconditions);
                 self.answer.notes.extend(found.notes);
                 self.answer.source = found.source.to_owned();
                 Ok(true)

@@ -7,6 +7,10 @@ use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};
 use lostmotion_methods::AxisConfig;
 
+/// How far off a gap may be, as a part of it, that counts as known. A choice: beyond, less than a fifth of it
+/// is taken up.
+pub(crate) const WIDEST: f64 = 0.8;
+
 /// How far off the gap of an axis may be, as a part of it: as told, or as the axis says.
 pub(crate) fn uncertainty(config: &AxisConfig, told: Option<f64>) -> f64 {
     told.unwrap_or(config.compensation.gap_uncertainty)
@@ -30,6 +34,21 @@ pub(super) fn with_gaps_at(
         end = end.with_second_config(&config);
     }
     end
+}
+
+/// What has to be done first where gaps are as good as unknown.
+pub(super) fn measure_first(machine: &Machine, wanted: &RecommendOptions) -> Option<String> {
+    let unknown = machine.axes().iter().filter_map(|axis| {
+        let share = uncertainty(&axis.config, wanted.gap_uncertainty);
+        (share > WIDEST).then(|| format!("{} {:.0} %", axis.id, 100.0 * share))
+    });
+    let unknown: Vec<String> = unknown.collect();
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "the gaps are as good as unknown (they may be off by {}): measure them before anything is set, as with `axis testpart --for reversal`",
+            unknown.join(", ")
+        )
+    })
 }
 
 /// The axis with a gap of another size.

@@ -30,7 +30,7 @@ use crate::machine::Machine;
 use crate::motion::interpreter_config;
 use crate::options::SimulateOptions;
 use crate::program::Program;
-use crate::recommend::{uncertainty, with_gap_times};
+use crate::recommend::{WIDEST, uncertainty, with_gap_times};
 use again::{of_new, read_again};
 use judge::{Judged, judge, no_help};
 use lostmotion_base::AxisId;
@@ -49,8 +49,6 @@ const AXES: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 const ROUNDING_MM: f64 = 2e-4;
 /// Bytes of a program's text for each move at most. A choice: lines of five axes with comments have 60.
 const BYTES_OF_A_MOVE: u64 = 100;
-/// Widest interval of a gap, as a part of it. A choice: beyond, less than a fifth of it is taken up.
-const WIDEST: f64 = 0.8;
 /// Rounds of taking off what is left along the normal. A choice: the first two take off most of it.
 const ROUNDS: usize = 4;
 /// Part of the RMS that a round has to gain, and part of the original's largest error by which the largest

@@ -105,7 +105,13 @@ fn a_gap_that_is_a_guess_is_known_to_be_one() {
         Control::GrblHal,
         &RecommendOptions::default(),
     );
-    assert_eq!(answer.unwrap().gap_uncertainty, Some(0.9));
+    let answer = answer.unwrap();
+    assert_eq!(answer.gap_uncertainty, Some(0.9));
+    let first = &answer.preconditions[0];
+    assert!(
+        first.contains("off by X 90 %, Y 90 %, Z 90 %): measure them"),
+        "{first}"
+    );
     // One that is told is what the control believes.
     let ini = "[KINS]\nKINEMATICS = trivkins coordinates=X\nJOINTS = 1\n[TRAJ]\nCOORDINATES = X\nLINEAR_UNITS = mm\n[JOINT_0]\nTYPE = LINEAR\nMAX_VELOCITY = 50\nMAX_ACCELERATION = 500\nBACKLASH = 0.02\nMIN_LIMIT = 0\nMAX_LIMIT = 300\n";
     let (_, machine) = usual("m.ini", ini);
