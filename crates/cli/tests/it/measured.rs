@@ -46,10 +46,11 @@ fn rows(bench: &Bench) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// A current that looks like percent, or is off by any factor, is said to, and nothing of it is written; as it
-/// is, it is.
-#[test]
-fn what_is_in_doubtful_units_is_not_written() {
+/// The axis whose motion [`driven`] has.
+const WORN: &str = "vmc3-worn:x";
+
+/// A bench with the motion of a worn axis on two sines, as `run.csv`.
+fn driven() -> Bench {
     let bench = Bench::new();
     let mut setpoints = "t_s,position_mm\n".to_owned();
     for tick in 0..16_000 {
@@ -58,16 +59,61 @@ fn what_is_in_doubtful_units_is_not_written() {
         setpoints += &format!("{t:.3},{place:.6}\n");
     }
     bench.file("setpoints.csv", &setpoints);
-    let axis = ["--axis", "vmc3-worn:x"];
-    let run = [
-        "axis",
-        "run",
-        "--setpoints",
-        "setpoints.csv",
-        "--out",
-        "run.csv",
-    ];
-    bench.expect(0, &[&run[..], &axis].concat());
+    let run = ["axis", "run", "--setpoints", "setpoints.csv"];
+    let rest = ["--out", "run.csv", "--axis", WORN];
+    bench.expect(0, &[run, rest].concat());
+    bench
+}
+
+/// A log of it: motor, load, and one more column of the run, by its number from 0.
+fn log_with(bench: &Bench, name: &str, column: usize) {
+    let text = std::fs::read_to_string(bench.path("run.csv")).unwrap();
+    let mut log = format!("t_s,motor_mm,load_mm,{name}\n");
+    for line in text.lines().skip(1).step_by(4) {
+        let cells: Vec<&str> = line.split(',').collect();
+        log += &format!("{},{},{},{}\n", cells[0], cells[4], cells[6], cells[column]);
+    }
+    bench.file("log.csv", &log);
+}
+
+/// The gap is found from a torque as from a current, and written with how well it is known: what a guess said
+/// of that before is gone. A fit prints its result though it is quiet.
+#[test]
+fn a_gap_is_told_with_its_interval() {
+    let bench = driven();
+    let shown = bench.expect(0, &["machine", "show", "vmc3-worn"]);
+    let guessed = format!("{shown}\n[axis.x.compensation]\ngap_uncertainty = 0.9\n");
+    bench.file("guessed.toml", guessed);
+    let guess = ["--axis", "guessed.toml:x"];
+    for (name, column) in [("current_a", 8), ("torque_nm", 9)] {
+        log_with(&bench, name, column);
+        let identify = ["axis", "identify", "log.csv", "--out", "found.toml"];
+        bench.expect(0, &[&identify[..], &guess].concat());
+        let found = std::fs::read_to_string(bench.path("found.toml")).unwrap();
+        let of = |key: &str| {
+            let line = found.lines().find(|line| line.starts_with(key)).unwrap();
+            let (_, value) = line.split_once(" = ").unwrap();
+            value.split(' ').next().unwrap().parse::<f64>().unwrap()
+        };
+        assert!((of("gap_um") - 40.0).abs() < 0.1, "{found}");
+        let uncertainty = of("gap_uncertainty");
+        assert!((1e-4..0.02).contains(&uncertainty), "{found}");
+    }
+    log_with(&bench, "current_a", 8);
+    let fit = ["axis", "fit", "log.csv", "-q", "--out", "fit.json"];
+    let told = bench.expect(0, &[&fit[..], &["--axis", WORN]].concat());
+    assert!(
+        told.contains("gap 0.0399") || told.contains("gap 0.0400"),
+        "{told}"
+    );
+}
+
+/// A current that looks like percent, or is off by any factor, is said to, and nothing of it is written; as it
+/// is, it is.
+#[test]
+fn what_is_in_doubtful_units_is_not_written() {
+    let bench = driven();
+    let axis = ["--axis", WORN];
     for (factor, doubt) in [
         (1.0, None),
         (9.0, Some("the current looks like percent of the rated")),
