@@ -65,13 +65,14 @@ fn driven() -> Bench {
     bench
 }
 
-/// A log of it: motor, load, and one more column of the run, by its number from 0.
-fn log_with(bench: &Bench, name: &str, column: usize) {
+/// A log of it: motor, load, and one more column of the run, by its number from 0, times a factor.
+fn log_with(bench: &Bench, name: &str, column: usize, factor: f64) {
     let text = std::fs::read_to_string(bench.path("run.csv")).unwrap();
     let mut log = format!("t_s,motor_mm,load_mm,{name}\n");
     for line in text.lines().skip(1).step_by(4) {
         let cells: Vec<&str> = line.split(',').collect();
-        log += &format!("{},{},{},{}\n", cells[0], cells[4], cells[6], cells[column]);
+        let value = factor * cells[column].parse::<f64>().unwrap();
+        log += &format!("{},{},{},{value}\n", cells[0], cells[4], cells[6]);
     }
     bench.file("log.csv", &log);
 }
@@ -86,7 +87,7 @@ fn a_gap_is_told_with_its_interval() {
     bench.file("guessed.toml", guessed);
     let guess = ["--axis", "guessed.toml:x"];
     for (name, column) in [("current_a", 8), ("torque_nm", 9)] {
-        log_with(&bench, name, column);
+        log_with(&bench, name, column, 1.0);
         let identify = ["axis", "identify", "log.csv", "--out", "found.toml"];
         bench.expect(0, &[&identify[..], &guess].concat());
         let found = std::fs::read_to_string(bench.path("found.toml")).unwrap();
@@ -99,7 +100,7 @@ fn a_gap_is_told_with_its_interval() {
         let uncertainty = of("gap_uncertainty");
         assert!((1e-4..0.02).contains(&uncertainty), "{found}");
     }
-    log_with(&bench, "current_a", 8);
+    log_with(&bench, "current_a", 8, 1.0);
     let fit = ["axis", "fit", "log.csv", "-q", "--out", "fit.json"];
     let told = bench.expect(0, &[&fit[..], &["--axis", WORN]].concat());
     assert!(
@@ -123,14 +124,7 @@ fn what_is_in_doubtful_units_is_not_written() {
         ),
         (1.95, Some("inertia and friction are off alike")),
     ] {
-        let text = std::fs::read_to_string(bench.path("run.csv")).unwrap();
-        let mut log = "t_s,motor_mm,load_mm,current_a\n".to_owned();
-        for line in text.lines().skip(1).step_by(4) {
-            let cells: Vec<&str> = line.split(',').collect();
-            let current = factor * cells[8].parse::<f64>().unwrap();
-            log += &format!("{},{},{},{current}\n", cells[0], cells[4], cells[6]);
-        }
-        bench.file("log.csv", &log);
+        log_with(&bench, "current_a", 8, factor);
         let identify = ["axis", "identify", "log.csv", "--out", "found.toml"];
         let told = bench.expect(0, &[&identify[..], &axis].concat());
         let found = std::fs::read_to_string(bench.path("found.toml")).unwrap();

@@ -357,24 +357,19 @@ impl Work<'_> {
         }
         let (told, of_axis) = self.told;
         answer.is_uncertainty_told = told > 0.0;
-        answer.refused = (told > WIDEST).then(|| {
+        let unknown = (told > WIDEST).then(|| {
             format!(
                 "it does not help enough: a gap that may be off by {:.0} % (that of {of_axis}) is as good as unknown, and so little of it is taken up; measure it",
                 100.0 * told
             )
         });
-        answer.refused = answer
-            .refused
-            .or_else(|| no_help(before, &after, &self.steps, ""));
-        let share = if told > 0.0 { told } else { USUAL_SHARE };
-        for factor in [1.0 - share, 1.0 + share] {
+        answer.refused = unknown.or_else(|| no_help(before, &after, &self.steps, ""));
+        let usual = (told == 0.0).then_some(USUAL_SHARE);
+        for sign in [-1.0, 1.0] {
+            let factor = 1.0 + sign * usual.unwrap_or(told);
             let end = machine.map_axes(|config| {
-                let own = if told > 0.0 {
-                    uncertainty(config, self.wanted_of_gap)
-                } else {
-                    share
-                };
-                with_gap_times(config, 1.0 + (factor - 1.0).signum() * own)
+                let own = usual.unwrap_or_else(|| uncertainty(config, self.wanted_of_gap));
+                with_gap_times(config, 1.0 + sign * own)
             });
             let before = self.judged_original(&end)?;
             let after = judge(&new, &end, options, &self.steps, &of_lines, None)?;
