@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Keys of a gap.
-const IS_GAP: [&str; 3] = ["gap_um", "gap_mdeg", "gap_rad"];
+const GAP_KEYS: [&str; 3] = ["gap_um", "gap_mdeg", "gap_rad"];
 
 pub(super) fn write_overlay(
     path: &Path,
@@ -58,7 +58,7 @@ pub(super) fn write_axis(
             format!("{base}; {why}")
         } else if set(&mut axis, finding) {
             let [_, low, high] = with_interval(finding.measured);
-            if IS_GAP.contains(&finding.key) {
+            if GAP_KEYS.contains(&finding.key) {
                 axis.compensation.gap_uncertainty = rounded_up(finding.measured.uncertainty());
                 sources.insert(
                     ("compensation", "gap_uncertainty"),
