@@ -512,7 +512,11 @@ impl Assigned {
         }
         if !quantities.contains(&unit.quantity) {
             let text = format!("`{name}`, the {role}, is in {unit}");
-            return Err(LogError::file(file, text, format!("it has to be {what}")));
+            let hint = format!(
+                "it has to be {what}; where it stands for one, say what 1 of it is: \
+                 --column {role}={name},unit=UNIT,scale=FACTOR"
+            );
+            return Err(LogError::file(file, text, hint));
         }
         Ok(unit)
     }

@@ -89,7 +89,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
         };
         let worse = match none.and_then(|n| result.harm(n)) {
             Some(Harm::Rms(_)) => ", worse than none",
-            Some(Harm::Peak(_)) => ", higher peak than none",
+            Some(Harm::Peak(_)) => ", higher peak",
             None => "",
         };
         table.row([

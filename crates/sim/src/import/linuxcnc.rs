@@ -15,6 +15,7 @@ use lostmotion_base::AxisId;
 use lostmotion_gcode::Units as Length;
 use lostmotion_kinematics::KinematicsSpec;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
@@ -41,7 +42,7 @@ fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> 
         draft.name.clone_from(&name.value);
     }
     let kins = Kins::of(&ini, &mut problems);
-    let joints = kins.joints(&ini, units(&ini, &mut draft));
+    let joints = kins.joints(&ini, units(&ini, &mut draft, &mut problems));
     draft.joint_axes = joints
         .numbered
         .iter()
@@ -221,20 +222,56 @@ impl<'a> Kins<'a> {
     }
 }
 
+/// Names of a unit, and how many of it LinuxCNC counts in a mm or a degree: the file may have the number, too.
+type UnitNames<T> = [(&'static [&'static str], f64, T)];
+const LENGTHS: &UnitNames<Length> = &[
+    (&["mm", "metric"], 1.0, Length::Mm),
+    (&["inch", "in", "imperial"], 1.0 / 25.4, Length::Inch),
+];
+/// With the degrees in it.
+const ANGLES: &UnitNames<f64> = &[
+    (&["degree", "deg"], 1.0, 1.0),
+    (&["radian", "rad"], PI / 180.0, 180.0 / PI),
+];
+/// How near a number has to be to that of a unit, as a ratio. A choice: three digits tell it.
+const NEAR: f64 = 1e-3;
+
+/// The unit that a key names or counts; the first where it is not there.
+fn unit<T: Copy>(ini: &Ini, key: &'static str, names: &UnitNames<T>) -> Result<T, Problem> {
+    let entry = ini.first(&["TRAJ"], key);
+    let Some(entry) = entry else {
+        return Ok(names[0].2);
+    };
+    let counted = entry.value.parse::<f64>().ok();
+    let found = names.iter().find(|(all, count, _)| {
+        all.iter().any(|name| name.eq_ignore_ascii_case(&entry.value))
+            || counted.is_some_and(|it| (it / count - 1.0).abs() < NEAR)
+    });
+    found.map(|found| found.2).ok_or_else(|| {
+        let known = names.iter().map(|(all, count, _)| format!("{} ({count:.6})", all.join(", ")));
+        problem(
+            entry.line,
+            &entry.name(),
+            format!("is {}", entry.value),
+            &format!("write one of {}", known.collect::<Vec<_>>().join("; ")),
+        )
+    })
+}
+
 /// Factors from the machine's units to mm and degrees; tells the control's units.
-fn units(ini: &Ini, draft: &mut Draft) -> Units {
+fn units(ini: &Ini, draft: &mut Draft, problems: &mut Vec<Problem>) -> Units {
+    let mut told = |found: Result<(), Problem>| problems.extend(found.err());
     // The interpreter starts in the machine's units (LinuxCNC, Interp::init).
-    let is_inch = |entry: &&Entry| matches!(&*entry.value, "inch" | "in" | "imperial");
-    if let Some(entry) = ini.first(&["TRAJ"], "LINEAR_UNITS").filter(is_inch) {
-        draft.control_units = (Length::Inch, entry.name());
-    }
-    let angular = ini.first(&["TRAJ"], "ANGULAR_UNITS");
+    told(unit(ini, "LINEAR_UNITS", LENGTHS).map(|unit| {
+        if let Some(entry) = ini.first(&["TRAJ"], "LINEAR_UNITS").filter(|_| unit == Length::Inch) {
+            draft.control_units = (unit, entry.name());
+        }
+    }));
+    let mut angular = 1.0;
+    told(unit(ini, "ANGULAR_UNITS", ANGLES).map(|unit| angular = unit));
     Units {
         linear: draft.control_units.0.mm(),
-        angular: match angular.map_or("degree", |entry| &entry.value) {
-            "radian" | "rad" => lostmotion_base::units::deg(1.0),
-            _ => 1.0,
-        },
+        angular,
     }
 }
 

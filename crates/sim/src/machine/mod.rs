@@ -210,12 +210,17 @@ impl Machine {
     }
 
     /// The axes of the control's joints in the order of their numbers, `None` for a joint of no axis;
-    /// every axis once, in their order, where the file does not tell.
+    /// where the file does not tell every axis in their order, that of two motors twice.
     pub fn joint_axes(&self) -> Vec<Option<AxisId>> {
-        match &self.general.joint_axes {
-            Some(letters) => letters.chars().map(AxisId::from_letter).collect(),
-            None => self.axes.iter().map(|axis| Some(axis.id)).collect(),
+        if let Some(letters) = &self.general.joint_axes {
+            return letters.chars().map(AxisId::from_letter).collect();
         }
+        let of_two = self.gantry().map(|gantry| gantry.axis);
+        let joints = self.axes.iter().flat_map(|axis| {
+            let motors = if of_two == Some(axis.id) { 2 } else { 1 };
+            std::iter::repeat_n(Some(axis.id), motors)
+        });
+        joints.collect()
     }
 
     /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not

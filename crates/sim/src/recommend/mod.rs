@@ -29,8 +29,8 @@ use crate::simulation::Simulation;
 use lostmotion_methods::MethodId;
 use parameters::{Counting, parameters, step, unknown};
 use results::{Better, ControlSettings, GapEnd, SETTINGS_SCHEMA_VERSION};
-use told::{axes, measure_first, told, with_gaps_at};
-use trials::{Trial, best_curve, curve_trials, trials, wind_up_note, wound_up};
+use told::{axes, measure_first, one_setting, told, with_gaps_at};
+use trials::{Trial, best_curve, curve_trials, set_already_note, trials, wind_up_note, wound_up};
 
 /// What is asked for besides the control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,11 +85,7 @@ pub fn recommend(
     wanted: &RecommendOptions,
 ) -> Result<ControlSettings, SimError> {
     check(wanted)?;
-    let counting = Counting {
-        detection_unit_um: wanted.detection_unit_um,
-        units: machine.control_units(),
-        joints: machine.joint_axes(),
-    };
+    let counting = Counting::new(control, machine, wanted.detection_unit_um);
     let advice = Advice {
         program,
         machine,
@@ -100,7 +96,7 @@ pub fn recommend(
         control,
         wanted,
         // Of controls that stop to compensate the stops belong to what is set.
-        told: told(machine, wanted).with_stops(control.stops()),
+        told: told(machine, wanted, &counting).with_stops(control.stops()),
         counting,
         answer: ControlSettings {
             schema: SETTINGS_SCHEMA_VERSION,
@@ -139,13 +135,14 @@ impl Advice<'_> {
         self.note_what_is_set();
         // Step 1: amounts that are not measured are sought.
         let steps = [false, true].map(|is_rotary| step(self.control, &self.counting, is_rotary));
-        let trials = trials(self.control, steps);
+        let trials = trials(self.control, steps, self.counting.has_own_motors);
         if trials.is_empty() {
             self.answer.refused = Some(unknown(self.control));
             let run = self.baseline()?;
             fill_baseline(&mut self.answer, self.machine, &run);
             return Ok(self.answer);
         }
+        self.note_coarse_steps(steps);
         let first = self.simulated(&trials)?;
         self.fill_before(&first)?;
         let best = self.best(&trials, &first)?;
@@ -183,6 +180,24 @@ impl Advice<'_> {
         if let Some(method) = methods.find(|method| !method.is_baseline()) {
             self.answer.notes.push(format!(
                 "the machine description has {method} set already; \"before\" is without any compensation"
+            ));
+        }
+    }
+
+    /// Says of which axes the gap is less than the control can be told.
+    fn note_coarse_steps(&mut self, steps: [f64; 2]) {
+        let all = axes(&self.told, &self.counting);
+        let small = all.iter().filter_map(|axis| {
+            let step = steps[usize::from(axis.is_rotary)];
+            let unit = if axis.is_rotary { "deg" } else { "mm" };
+            let is_lost = axis.gap > 0.0 && axis.gap < 0.5 * step;
+            is_lost.then(|| format!("{} {:.4} of {step} {unit}", axis.name, axis.gap))
+        });
+        let small: Vec<String> = small.collect();
+        if !small.is_empty() {
+            self.answer.notes.push(format!(
+                "the control takes no gap below half of its step: {}",
+                small.join(", ")
             ));
         }
     }
@@ -257,7 +272,7 @@ impl Advice<'_> {
                 "the one way that helps is {}, and no primary source tells here how it is set: no number is printed",
                 unset.name()
             ));
-            let set = axes(&unset.on(&self.told));
+            let set = axes(&unset.on(&self.told), &self.counting);
             if let Ok(found) = parameters(self.control, unset.method.name(), &set, &self.counting) {
                 self.answer.notes.extend(found.notes);
             }
@@ -310,14 +325,20 @@ impl Advice<'_> {
         self.answer.wrong.clone_from(&result.misled);
         self.answer.trust.clone_from(&run.trust);
         self.answer.notes.extend(result.notes.iter().cloned());
-        self.answer.notes.extend(wind_up_note(trial, set));
+        self.answer
+            .notes
+            .extend(wind_up_note(trial, set, &self.counting));
+        let already = set_already_note(trial, set, &self.counting);
+        self.answer.notes.extend(already);
+        self.answer.notes.extend(one_setting(set, &self.counting));
         self.answer.better = beyond(self.program, self.machine, &self.options, &mut self.answer)?;
         if let Some(reason) = &result.not_recommended {
             self.answer.refused = Some(format!("{}: {reason}", trial.name()));
             return Ok(false);
         }
         let method = trial.method.name();
-        match parameters(self.control, method, &axes(set), &self.counting) {
+        let set = axes(set, &self.counting);
+        match parameters(self.control, method, &set, &self.counting) {
             Ok(found) => {
                 self.answer.method = Some(method.to_owned());
                 self.answer.within_tolerance = result.within_tolerance;

@@ -1,7 +1,7 @@
 //! What a control is told of a machine, and the machine with other gaps than it is told.
 
 use super::RecommendOptions;
-use super::parameters::{ToldAxis, gap_of};
+use super::parameters::{Counting, ToldAxis, gap_of};
 use crate::machine::{Machine, MachineAxis};
 use lostmotion_base::units::deg;
 use lostmotion_drive::config::{AxisUnit, Load};
@@ -81,9 +81,53 @@ pub(super) fn wind_up(config: &AxisConfig, is_rotary: bool) -> f64 {
     )
 }
 
+/// The gap that a drive is told, mm or deg.
+pub(super) fn told_gap(config: &AxisConfig) -> Option<f64> {
+    let told = config
+        .compensation
+        .fixed
+        .gap?
+        .motor_rad(&config.transmission);
+    Some(units(config, is_rotary(config), told))
+}
+
+pub(super) fn is_rotary(config: &AxisConfig) -> bool {
+    config.transmission.unit() != AxisUnit::Mm
+}
+
+/// The machine with both motors of an axis told the lesser of what they are told.
+pub(super) fn told_alike(machine: Machine) -> Machine {
+    let motors = machine.gantry().and_then(|gantry| {
+        let first = machine.axis(gantry.axis)?.config.clone();
+        Some((gantry.axis, first, gantry.second.clone()))
+    });
+    let Some((id, mut first, mut second)) = motors else {
+        return machine;
+    };
+    let gaps = [&first, &second].map(|config| told_gap(config).unwrap_or(0.0));
+    let least = gap_of(gaps[0].min(gaps[1]), is_rotary(&first));
+    first.compensation.tell_gap(least);
+    second.compensation.tell_gap(least);
+    machine
+        .with_axis_config(id, &first)
+        .with_second_config(&second)
+}
+
+/// Says that two motors with gaps of their own have one setting.
+pub(super) fn one_setting(set: &Machine, counting: &Counting) -> Option<String> {
+    let gantry = set.gantry().filter(|_| !counting.has_own_motors)?;
+    let first = &set.axis(gantry.axis)?.config;
+    let gaps = [first, &gantry.second]
+        .map(|config| 1e3 * units(config, is_rotary(config), config.reflected_load().gap_rad));
+    Some(format!(
+        "{}: the control has one setting for both motors, whose gaps are {:.1} and {:.1} um: it is that of the smaller one",
+        gantry.axis, gaps[0], gaps[1]
+    ))
+}
+
 /// The machine as its control is told of it: the least gap that it may have, which a trial rounds to what
 /// the control takes, and the limits of the joints.
-pub(super) fn told(machine: &Machine, wanted: &RecommendOptions) -> Machine {
+pub(super) fn told(machine: &Machine, wanted: &RecommendOptions, counting: &Counting) -> Machine {
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
         let is_rotary = config.transmission.unit() != AxisUnit::Mm;
@@ -104,7 +148,11 @@ pub(super) fn told(machine: &Machine, wanted: &RecommendOptions) -> Machine {
             told = told.with_second_config(&config);
         }
     }
-    told
+    if counting.has_own_motors {
+        told
+    } else {
+        told_alike(told)
+    }
 }
 
 /// A drive whose compensation is told the limits of its axis.
@@ -129,14 +177,14 @@ fn limits(axis: &MachineAxis) -> (f64, f64) {
     }
 }
 
-/// The axes of a machine that has been told, in their order, with second motors.
-pub(super) fn axes(set: &Machine) -> Vec<ToldAxis> {
+/// The axes of a machine that has been told, in their order, with second motors that have settings.
+pub(super) fn axes(set: &Machine, counting: &Counting) -> Vec<ToldAxis> {
     let mut all = Vec::new();
     for axis in set.axes() {
         let (velocity, acceleration) = limits(axis);
         let second = set
             .gantry()
-            .filter(|gantry| gantry.axis == axis.id)
+            .filter(|gantry| counting.has_own_motors && gantry.axis == axis.id)
             .map(|gantry| (format!("{}2", axis.id), gantry.second.clone()));
         let first = (axis.id.to_string(), axis.config.clone());
         for (name, config) in std::iter::once(first).chain(second) {
@@ -162,11 +210,13 @@ pub(super) fn axes(set: &Machine) -> Vec<ToldAxis> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::Control;
 
     #[test]
     fn the_second_motor_of_an_axis_is_told_its_limits() {
         let machine = Machine::preset("gantry3").unwrap();
-        let told = told(&machine, &RecommendOptions::default());
+        let counting = Counting::new(Control::LinuxCnc, &machine, 1.0);
+        let told = told(&machine, &RecommendOptions::default(), &counting);
         let gantry = told.gantry().unwrap();
         let limits = |config: &AxisConfig| {
             let linuxcnc = &config.compensation.fixed_linuxcnc;

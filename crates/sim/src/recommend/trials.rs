@@ -1,12 +1,11 @@
 //! The ways in which a control can be set, each a change of the machine's axes.
 
-use super::parameters::{Counting, gap_of, parameters};
-use super::told::{axes, units, wind_up};
+use super::parameters::{Counting, gap_of, parameters, sets_rotary};
+use super::told::{axes, is_rotary, told_alike, told_gap, wind_up};
 use crate::control::Control;
 use crate::machine::Machine;
 use crate::method::Choice;
 use crate::results::Run;
-use lostmotion_drive::config::AxisUnit;
 use lostmotion_methods::{AxisConfig, MethodId};
 use std::sync::Arc;
 
@@ -22,6 +21,10 @@ pub(super) struct Trial {
     steps: [f64; 2],
     /// Whether the wind-up of the drive is in what is told.
     is_wound: bool,
+    /// Whether the control has settings for axes that turn; else they are left alone.
+    sets_rotary: bool,
+    /// Whether both motors of an axis have settings of their own.
+    has_own_motors: bool,
     change: Arc<dyn Fn(&mut AxisConfig) + Send + Sync>,
 }
 
@@ -36,6 +39,8 @@ impl Trial {
             said: said.into(),
             steps: [0.0; 2],
             is_wound: false,
+            sets_rotary: true,
+            has_own_motors: true,
             change: Arc::new(change),
         })
     }
@@ -46,17 +51,27 @@ impl Trial {
 
     /// The machine with it.
     pub(super) fn on(&self, told: &Machine) -> Machine {
-        told.map_axes(|config| {
+        let set = told.map_axes(|config| {
             let mut config = config.clone();
             self.change(&mut config);
             config
-        })
+        });
+        if self.has_own_motors {
+            set
+        } else {
+            told_alike(set)
+        }
     }
 
     /// Sets an axis, its gap rounded to what the control takes.
     fn change(&self, config: &mut AxisConfig) {
         (self.change)(config);
         let is_rotary = is_rotary(config);
+        if is_rotary && !self.sets_rotary {
+            config.compensation.tell_gap(gap_of(0.0, true));
+            config.compensation.decaying_pulse.height_units_s = Some(0.0);
+            return;
+        }
         let step = self.steps[usize::from(is_rotary)];
         if let Some(told) = told_gap(config).filter(|_| step > 0.0) {
             config
@@ -72,9 +87,18 @@ impl Trial {
         control: Control,
         counting: &Counting,
     ) -> bool {
-        let set = axes(&self.on(told));
+        let set = axes(&self.on(told), counting);
         parameters(control, self.method.name(), &set, counting)
             .map_or(true, |found| !found.settings.is_empty())
+    }
+
+    /// Whether a control can be told of the wind-up, which is at least half of its step. What it takes up
+    /// already has been measured with it.
+    fn takes_wind_up(&self, config: &AxisConfig) -> bool {
+        let is_rotary = is_rotary(config);
+        (!is_rotary || self.sets_rotary)
+            && !is_set_already(config)
+            && wind_up(config, is_rotary) >= 0.5 * self.steps[usize::from(is_rotary)]
     }
 
     pub(super) fn choice(&self) -> Choice {
@@ -84,7 +108,7 @@ impl Trial {
 }
 
 /// The ways in which a control can be set: each method that it has, with the amounts that are sought.
-pub(super) fn trials(control: Control, steps: [f64; 2]) -> Vec<Trial> {
+pub(super) fn trials(control: Control, steps: [f64; 2], has_own_motors: bool) -> Vec<Trial> {
     let mut all = Vec::new();
     for method in control.methods() {
         let method = *method;
@@ -172,21 +196,37 @@ pub(super) fn trials(control: Control, steps: [f64; 2]) -> Vec<Trial> {
         }
     }
     let all = all.into_iter().flatten();
-    all.map(|trial| Trial { steps, ..trial }).collect()
+    all.map(|trial| Trial {
+        steps,
+        sets_rotary: sets_rotary(control, trial.method.name()),
+        has_own_motors,
+        ..trial
+    })
+    .collect()
 }
 
-fn is_rotary(config: &AxisConfig) -> bool {
-    config.transmission.unit() != AxisUnit::Mm
+/// Whether the control of an axis takes its gap up already: what is set there has been measured on the
+/// machine, as by a dial gauge, which shows gap and wind-up together.
+fn is_set_already(config: &AxisConfig) -> bool {
+    let method = config.compensation.method;
+    !method.is_baseline() && method.told_gap()
 }
 
-/// The gap that an axis is told, mm or deg.
-fn told_gap(config: &AxisConfig) -> Option<f64> {
-    let told = config
-        .compensation
-        .fixed
-        .gap?
-        .motor_rad(&config.transmission);
-    Some(units(config, is_rotary(config), told))
+/// Says of which axes the amount that the control has is taken for gap and wind-up together.
+pub(super) fn set_already_note(
+    tried: &Trial,
+    set: &Machine,
+    counting: &Counting,
+) -> Option<String> {
+    let axes = axes(set, counting);
+    let alone = axes.iter().filter(|axis| is_set_already(&axis.config));
+    let names: Vec<&str> = alone.map(|axis| axis.name.as_str()).collect();
+    (tried.method.told_gap() && !names.is_empty()).then(|| {
+        format!(
+            "the control takes up the gap of {} already: that amount is taken for gap and wind-up together, as a gauge shows them, and no wind-up is added",
+            names.join(", ")
+        )
+    })
 }
 
 /// The same with the wind-up of the drive added to every told gap: what friction twists the drive by from
@@ -196,8 +236,10 @@ pub(super) fn wound_up(best: &Trial, told: &Machine) -> Option<Trial> {
     if !best.method.told_gap() || best.method.name() == PULSE {
         return None;
     }
-    let steps = best.steps;
-    let is_taken = move |config: &AxisConfig| is_wind_up_taken(config, steps);
+    let is_taken = {
+        let best = best.clone();
+        move |config: &AxisConfig| best.takes_wind_up(config)
+    };
     if !told.axes().iter().any(|axis| is_taken(&axis.config)) {
         return None;
     }
@@ -219,18 +261,12 @@ pub(super) fn wound_up(best: &Trial, told: &Machine) -> Option<Trial> {
     })
 }
 
-/// Whether a control can be told of the wind-up, which is at least half of its step.
-fn is_wind_up_taken(config: &AxisConfig, steps: [f64; 2]) -> bool {
-    let is_rotary = is_rotary(config);
-    wind_up(config, is_rotary) >= 0.5 * steps[usize::from(is_rotary)]
-}
-
 /// How much of the told amounts is wind-up, if any of it is.
-pub(super) fn wind_up_note(tried: &Trial, set: &Machine) -> Option<String> {
-    let axes = axes(set);
+pub(super) fn wind_up_note(tried: &Trial, set: &Machine, counting: &Counting) -> Option<String> {
+    let axes = axes(set, counting);
     let of_axis = axes
         .iter()
-        .filter(|axis| tried.is_wound && is_wind_up_taken(&axis.config, tried.steps));
+        .filter(|axis| tried.is_wound && tried.takes_wind_up(&axis.config));
     let parts: Vec<String> = of_axis
         .map(|axis| {
             let unit = if axis.is_rotary { "mdeg" } else { "um" };
@@ -287,8 +323,19 @@ pub(super) fn curve_trials(control: Control, run: &Run, trials: &[Trial]) -> Vec
         }
     }
     let all = all.into_iter().flatten();
-    let steps = pulse.steps;
-    all.map(|trial| Trial { steps, ..trial }).collect()
+    let Trial {
+        steps,
+        sets_rotary,
+        has_own_motors,
+        ..
+    } = *pulse;
+    all.map(|trial| Trial {
+        steps,
+        sets_rotary,
+        has_own_motors,
+        ..trial
+    })
+    .collect()
 }
 
 /// What the best curve leaves beside the best constant pulse.

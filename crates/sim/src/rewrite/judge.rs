@@ -18,6 +18,9 @@ const NEIGHBOURS: usize = 3;
 /// along a cut is as far.
 const ON_RAPID: f64 = 0.5;
 
+/// Difference of two distances that tells nothing, mm: that of the same way written twice.
+const ALIKE_MM: f64 = 1e-5;
+
 /// Part of the RMS that has to be gained. A choice: less is not worth another program.
 const LEAST_GAIN: f64 = 0.1;
 
@@ -180,15 +183,23 @@ impl Observer for OffContour<'_> {
             let around =
                 index.saturating_sub(NEIGHBOURS)..self.steps.len().min(index + NEIGHBOURS + 1);
             let nearest = |rapid: bool| {
-                around
+                let feet = around
                     .clone()
                     .filter_map(|other| Some((other, self.steps.get(other)?)))
                     .filter(|(_, step)| step.rapid == rapid)
                     .map(|(other, step)| {
                         let range = (0.0, step.curve.length());
                         (other, step.curve.nearest(at, range, 1e-6))
-                    })
-                    .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))
+                    });
+                // Where a move goes back along another one, the tool is on its own.
+                feet.min_by(|a, b| {
+                    let apart = a.1.distance - b.1.distance;
+                    if apart.abs() > ALIKE_MM {
+                        apart.total_cmp(&0.0)
+                    } else {
+                        a.0.abs_diff(index).cmp(&b.0.abs_diff(index))
+                    }
+                })
             };
             let Some((other, foot)) = nearest(false) else {
                 continue;

@@ -111,6 +111,8 @@ struct Moves<'a> {
     pieces: &'a [Vec<Stretch>],
     shifts: &'a Shifts,
     half: [f64; 3],
+    /// Ends of the travel, machine coordinates, mm.
+    travel: [[f64; 2]; 3],
 }
 
 impl Judged {
@@ -311,6 +313,12 @@ impl Work<'_> {
             pieces: &self.pieces,
             shifts,
             half: self.half,
+            travel: AXES.map(|id| {
+                let limits = machine.axis(id).map(|axis| axis.limits_table().limits());
+                limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| {
+                    [limits.min, limits.max]
+                })
+            }),
         };
         let text = new_text(&self.lines, &moves, self.dialect, &mut answer)
             .map_err(|error| self.lines.placed(error))?;

@@ -359,6 +359,11 @@ impl Line {
         words.any(|word| WAYS.contains(&word.letter))
     }
 
+    /// Whether it changes the tool.
+    pub(super) fn changes_the_tool(&self) -> bool {
+        codes(&self.block, b'M').any(|(code, _)| code == 6.0)
+    }
+
     /// Whether it says which motion it makes.
     pub(super) fn has_motion(&self) -> bool {
         codes(&self.block, b'G').any(|(code, _)| code <= 3.0)

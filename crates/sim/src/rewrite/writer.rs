@@ -15,6 +15,25 @@ const DECIMALS: [usize; 2] = [4, 5];
 /// beyond this the chord is too short to go by.
 const MOST_EVENED_MM: f64 = 0.1;
 
+/// How far behind its first place an axis is brought before it goes there, mm, and in half gaps at least.
+/// Choices: more than gap and wind-up, and little beside the distance that rapids keep.
+const APPROACH_MM: f64 = 0.5;
+const APPROACH_HALVES: f64 = 8.0;
+
+/// The direction in which each axis moves first in a cut: it is brought to its first place in the same
+/// one. Down for Z where no cut tells.
+fn first_directions(moves: &Moves<'_>) -> [f64; 3] {
+    let of_axis = |axis: usize, otherwise: f64| {
+        let all = moves.steps.iter().zip(moves.pieces);
+        let cuts = all.filter(|(step, _)| !step.rapid);
+        let mut directions = cuts
+            .flat_map(|(_, own)| own)
+            .map(|piece| piece.direction[axis]);
+        directions.find(|way| *way != 0.0).unwrap_or(otherwise)
+    };
+    [of_axis(0, 1.0), of_axis(1, 1.0), of_axis(2, -1.0)]
+}
+
 /// Writes the new program.
 pub(super) fn new_text(
     lines: &TextLines,
@@ -36,6 +55,9 @@ pub(super) fn new_text(
             .unwrap_or_else(|| b"\n".to_vec()),
         semicolon: dialect.is_printer(),
         half: moves.half,
+        travel: moves.travel,
+        ahead: first_directions(moves),
+        is_known: moves.half.map(|half| half == 0.0),
         side: [0.0; 3],
         commanded: None,
         commanded_side: [0.0; 3],
@@ -57,6 +79,10 @@ pub(super) fn new_text(
             .filter(|_| writer.commanded.is_some())
         {
             return Err(odd.on(index + 1));
+        }
+        // Where a change leaves the axes is the control's affair.
+        if line.changes_the_tool() {
+            writer.is_known = moves.half.map(|half| half == 0.0);
         }
         let first = piece;
         piece += moves.pieces[from..next].iter().map(Vec::len).sum::<usize>();
@@ -119,6 +145,13 @@ struct NewProgram {
     end: Vec<u8>,
     semicolon: bool,
     half: [f64; 3],
+    /// Ends of the travel, machine coordinates, mm.
+    travel: [[f64; 2]; 3],
+    /// The direction in which each axis is brought to its first place.
+    ahead: [f64; 3],
+    /// Whether an axis' flank is known: not before it has gone somewhere from a place that is, since
+    /// nobody knows where the machine stands when the program begins, and behind a change of the tool.
+    is_known: [bool; 3],
     /// The direction in which each axis went last; 0 before its first.
     side: [f64; 3],
     /// Where the machine was sent last, machine coordinates, mm.
@@ -163,6 +196,7 @@ impl NewProgram {
             format!("{program} {MARK} {} for machine {machine}", env!("CARGO_PKG_VERSION")),
             format!("for a control WITHOUT backlash compensation; half gaps in mm: X {x} Y {y} Z {z}"),
             "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap".to_owned(),
+            format!("each axis is brought to its first place from a known side, by rapids that begin {:.4} mm behind it", self.approach_mm()),
             "do not run it where the control compensates, nor after a repair of screws or bearings".to_owned(),
         ];
         for text in texts.into_iter().chain(normal) {
@@ -214,6 +248,7 @@ impl NewProgram {
                     *side = direction;
                 }
             }
+            let behind = self.behind(line, step, stretch);
             let offset: [f64; 3] = std::array::from_fn(|axis| self.side[axis] * self.half[axis]);
             let start: [f64; 3] =
                 std::array::from_fn(|axis| stretch.start[axis] + offset[axis] + first[axis]);
@@ -238,10 +273,56 @@ impl NewProgram {
                 center: *center,
                 needs_code,
             };
-            self.piece(line, step, [start, end], &place);
+            if behind == [0.0; 3] {
+                self.piece(line, step, [start, end], &place);
+                continue;
+            }
+            // Behind its place, wherever it came from; then there.
+            let first = std::array::from_fn(|axis| end[axis] + behind[axis]);
+            self.piece(line, step, [start, first], &place);
+            for (side, behind) in self.commanded_side.iter_mut().zip(behind) {
+                if behind != 0.0 {
+                    *side = behind.signum();
+                }
+            }
+            self.was_rapid = true;
+            self.take_up(line, step, index, end, answer);
         }
         self.was_rapid = step.rapid;
         Ok(())
+    }
+
+    fn approach_mm(&self) -> f64 {
+        let widest = self.half.into_iter().fold(0.0, f64::max);
+        APPROACH_MM.max(APPROACH_HALVES * widest)
+    }
+
+    /// How far from the end of a rapid axes have to be first whose flank is not known, mm; and takes
+    /// their sides. A cut makes a flank known by moving.
+    fn behind(&mut self, line: &Line, step: &Original, stretch: &Stretch) -> [f64; 3] {
+        let mut behind = [0.0; 3];
+        for axis in 0..3 {
+            let moves = stretch.direction[axis] != 0.0;
+            if self.is_known[axis] || !(moves || line.value(LETTERS[axis]).is_some()) {
+                continue;
+            }
+            self.is_known[axis] = step.rapid || moves;
+            if !step.rapid {
+                continue;
+            }
+            let approach = self.approach_mm();
+            let [min, max] = self.travel[axis];
+            let is_within = |side: f64| {
+                let place = stretch.end[axis] - side * approach;
+                place - self.half[axis] >= min && place + self.half[axis] <= max
+            };
+            // At an end of the travel from the other side.
+            let ahead = self.ahead[axis];
+            let side = if is_within(ahead) { ahead } else { -ahead };
+            self.side[axis] = side;
+            behind[axis] = -side * approach;
+        }
+        behind
     }
 
     /// Moves the axes whose gap has to be crossed before a piece; whether there is one.

@@ -279,6 +279,56 @@ fn settings_are_those_of_the_file_s_joints_and_units() {
     assert_eq!(same.settings[3].name, "[JOINT_3]BACKLASH");
 }
 
+/// LinuxCNC reads names in any case, and units per mm or degree; what it refuses is refused.
+#[test]
+fn units_are_read_as_linuxcnc_reads_them() {
+    let text = |linear: &str| router(linear, "");
+    for (linear, mm) in [
+        ("mm", 101.6),
+        ("Metric", 101.6),
+        ("1.0", 101.6),
+        ("INCH", 2580.64),
+        ("In", 2580.64),
+        ("imperial", 2580.64),
+        ("0.03937007874", 2580.64),
+    ] {
+        // The helper counts everything but `inch` in mm.
+        let (_, machine) = read(&text(linear));
+        let velocity = machine
+            .axis(AxisId::X)
+            .unwrap()
+            .limits_table()
+            .limits()
+            .velocity;
+        assert!((velocity - mm).abs() < 1e-9 * mm, "{linear}: {velocity}");
+    }
+    for wrong in ["Inches", "25.4", "cm", "furlong", ""] {
+        let options = ImportOptions::new("vmc3-worn");
+        let error = import("router.ini", &text(wrong), format(), &options).unwrap_err();
+        let said = error.to_string();
+        assert!(
+            said.contains("router.ini:8:1: [TRAJ] LINEAR_UNITS: is "),
+            "{said}"
+        );
+    }
+    let degrees = |name: &str| {
+        let (_, machine) = read(&format!(
+            "[EMC]\nMACHINE = Table\n[TRAJ]\nCOORDINATES = XA\nANGULAR_UNITS = {name}\n[JOINT_0]\nMAX_VELOCITY = 50\n[JOINT_1]\nTYPE = ANGULAR\nMAX_VELOCITY = 0.5\n"
+        ));
+        machine
+            .axis(AxisId::A)
+            .unwrap()
+            .limits_table()
+            .limits()
+            .velocity
+            .to_degrees()
+    };
+    assert!((degrees("Deg") - 0.5).abs() < 1e-9);
+    assert!(
+        (degrees("RAD") - 28.6479).abs() < 1e-3 && (degrees("0.01745329") - 28.6479).abs() < 1e-3
+    );
+}
+
 /// Joints of no axis are counted, a second motor that is described has its own gap, and letters that are
 /// no axis are refused.
 #[test]

@@ -8,7 +8,7 @@ use lostmotion_sim::recommend::{RecommendOptions, recommend};
 use lostmotion_sim::results::ErrorStats;
 use lostmotion_sim::rewrite::results::Rewritten;
 use lostmotion_sim::rewrite::{RewriteOptions, rewrite};
-use lostmotion_sim::{Machine, Program, SimulateOptions, Simulation};
+use lostmotion_sim::{ContourPoint, Machine, Observer, Program, SimulateOptions, Simulation};
 
 const ARC: &str = "G21 G90 G17 G64 P0.002\nG0 X10 Y-3\nG1 Y0 F900\nG3 X10 Y0 I-10 J0\nG1 Y3\nM2\n";
 
@@ -80,7 +80,7 @@ fn amounts_of_a_marlin_are_those_of_all_of_the_gap() {
     let wanted = RecommendOptions::default();
     let again = recommend(&part, &halved, &options, Control::Marlin, &wanted).unwrap();
     assert!(
-        again.paste[0].starts_with("M425 F1.0 "),
+        again.paste[1].starts_with("M425 F1.0 "),
         "{:?}",
         again.paste
     );
@@ -197,15 +197,147 @@ fn units_and_signs_are_those_of_the_control() {
     let soon = of(Control::RepRapFirmware);
     assert_eq!(soon.refused, None);
     assert!(soon.chosen.starts_with("over 1 gap"), "{}", soon.chosen);
-    assert!(soon.paste[0].ends_with(" S1"), "{:?}", soon.paste);
+    assert!(soon.paste[1].ends_with(" S1"), "{:?}", soon.paste);
     assert!(soon.after.rms < soon.before.rms);
-    assert!(of(Control::Marlin).paste[0].starts_with("M425 F1.0 S"));
+    // In inches the words would be 25 times as large.
+    let marlin = of(Control::Marlin).paste;
+    assert!(
+        marlin[0] == "G21" && marlin[1].starts_with("M425 F1.0 S"),
+        "{marlin:?}"
+    );
     assert_eq!(of(Control::GrblHal).paste[1], "$161=0.058");
     for control in [Control::Haas, Control::Klipper, Control::Own] {
         let answer = of(control);
         assert!(answer.refused.is_some() && answer.settings.is_empty() && answer.paste.is_empty());
         assert!(!answer.is_within_tolerance() && answer.before.samples > 0);
     }
+}
+
+/// 55.7 um are 0.00219 inch.
+#[test]
+fn controls_in_inches_are_told_inches() {
+    let inches = machine().edit(|m| m.control_units = lostmotion_gcode::Units::Inch);
+    let inches = inches.unwrap();
+    let (part, options) = (program(ARC), SimulateOptions::default());
+    for (control, line, needs) in [
+        (
+            Control::Mach3,
+            "distance 0.00219 inch, speed",
+            "native units",
+        ),
+        (
+            Control::Fagor,
+            "BACKLASH 0.00219    (X, inch)",
+            "are in inch",
+        ),
+        (
+            Control::Siemens,
+            "N32450 $MA_BACKLASH[0,AX1]=0.00219",
+            "MD10240 SCALING_SYSTEM_IS_METRIC is 0",
+        ),
+        // Counted in a unit of its own whatever the machine's.
+        (Control::Beckhoff, "P-AXIS-00103 557", "homing ends"),
+    ] {
+        let wanted = RecommendOptions::default();
+        let answer = recommend(&part, &inches, &options, control, &wanted).unwrap();
+        assert!(
+            answer.paste[0].contains(line),
+            "{control}: {:?} {:?}",
+            answer.paste,
+            answer.refused
+        );
+        let all = answer.preconditions.join("\n");
+        assert!(all.contains(needs), "{control}: {all}");
+    }
+}
+
+/// Joints that turn and second motors for which a control has no setting are not compensated in what it
+/// promises.
+#[test]
+fn what_cannot_be_set_is_not_simulated_as_set() {
+    let wanted = RecommendOptions::default();
+    let part = program(
+        "G21 G90 G17 G64 P0.005\nG0 X10 Y0 Z5\nG1 Z0 F600\nG3 X10 Y0 I-10 J0 F900\nG1 Z-2\nG1 Z0\nG0 Z5\nM2\n",
+    );
+    let answered = |machine: &Machine, control| {
+        recommend(
+            &part,
+            machine,
+            &SimulateOptions::default(),
+            control,
+            &wanted,
+        )
+        .unwrap()
+    };
+    let gantry = Machine::preset("gantry3").unwrap();
+    // One setting for both motors: that of the smaller gap. Letters and numbers are those of the axes.
+    let marlin = answered(&gantry, Control::Marlin);
+    let words: Vec<&str> = marlin.paste[1].split(' ').skip(3).collect();
+    assert!(words.len() == 3 && words[2].starts_with('Z'), "{words:?}");
+    let y: f64 = words[1].strip_prefix('Y').unwrap().parse().unwrap();
+    assert!((0.01..0.014).contains(&y), "{words:?}");
+    assert!(
+        marlin
+            .notes
+            .iter()
+            .any(|note| note.contains("10.0 and 25.0 um"))
+    );
+    let grblhal = answered(&gantry, Control::GrblHal);
+    let names: Vec<&str> = grblhal
+        .settings
+        .iter()
+        .map(|own| own.name.as_str())
+        .collect();
+    assert_eq!(names, ["$160", "$161", "$162"]);
+    let fanuc = answered(&gantry, Control::Fanuc);
+    assert!(
+        fanuc
+            .preconditions
+            .iter()
+            .any(|text| text.contains("A1 X, A2 Y, A3 Y2, A4 Z"))
+    );
+    // Each motor of LinuxCNC is a joint of its own, but where the machine's joints are told otherwise.
+    let joints = |machine: &Machine| answered(machine, Control::LinuxCnc).settings.len();
+    let alone = gantry
+        .edit(|m| m.joint_axes = Some("XYZ".to_owned()))
+        .unwrap();
+    assert_eq!((joints(&gantry), joints(&alone)), (4, 3));
+    // As run with what is printed alone, by the keys of the machine file.
+    let told = |setting: &str| 1e3 * setting.parse::<f64>().unwrap();
+    let both = answered(&alone, Control::LinuxCnc);
+    let mut set = alone.clone();
+    for (axis, setting) in alone.axes().iter().zip(&both.settings) {
+        let of = |config: &lostmotion_methods::AxisConfig| {
+            let mut config = config.clone();
+            let limits = axis.limits_table().limits();
+            let own = &mut config.compensation.fixed_linuxcnc;
+            own.gap = Some(lostmotion_drive::config::Gap::Um(told(&setting.value)));
+            own.velocity_units_s = Some(limits.velocity);
+            own.acceleration_units_s2 = Some(limits.acceleration);
+            config
+        };
+        set = set.with_axis_config(axis.id, &of(&axis.config));
+        if let Some(gantry) = alone.gantry().filter(|gantry| gantry.axis == axis.id) {
+            set = set.with_second_config(&of(&gantry.second));
+        }
+    }
+    let run = Simulation::new(&part, &set)
+        .method("fixed-linuxcnc")
+        .run()
+        .unwrap();
+    assert!(
+        (run.results[0].cutting.rms - both.after.rms).abs() < 1e-8,
+        "{:?}",
+        both.after
+    );
+    // An arm's joints turn, and a firmware has no amounts for them: nothing helps along Z alone.
+    let scara = answered(&Machine::preset("scara").unwrap(), Control::Marlin);
+    assert!(
+        scara.after.rms == 0.0 || scara.after.rms > 0.9 * scara.before.rms,
+        "{:?} {:?}",
+        scara.before,
+        scara.after
+    );
 }
 
 /// GRBL-Advanced issue 30, grblHAL issue 751: a control that takes the gap up by a move of its own
@@ -375,6 +507,86 @@ fn rewritten(text: &str) -> Rewritten {
     rewrite(&program(text), &machine(), &options, &wanted).unwrap()
 }
 
+/// The same tool path from wherever the machine stood when the program began, and behind a change of the
+/// tool: as judged with the described start at most 2 um more.
+#[test]
+fn a_rewritten_program_may_begin_anywhere() {
+    let text = "G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z5\nG1 Z-1 F300\nX40 F900\nY30\nX0\nY0\nG0 Z5\nT2 M6\nG0 X50 Y0\nG1 Z-1 F300\nX60 F900\nG0 Z5\nM2\n";
+    let wanted = RewriteOptions {
+        most_normal_um: 0.0,
+        ..RewriteOptions::default()
+    };
+    let new = rewrite(
+        &program(text),
+        &machine(),
+        &SimulateOptions::default(),
+        &wanted,
+    )
+    .unwrap();
+    assert_eq!(new.refused, None);
+    // Behind its first place by half a millimetre, X against its first way, and then there.
+    let wanted = "G0 X-0.48 Y-0.48 Z5.48\nG0 X0.02 Y0.02 Z4.98 (backlash of X Y Z)\n";
+    assert!(new.text.contains(wanted), "{}", new.text);
+    assert!(
+        new.text
+            .contains("G0 X49.52 Y-0.48\nG0 X50.02 Y0.02 (backlash of X Y)\n"),
+        "{}",
+        new.text
+    );
+    let part = program(&new.text);
+    let machine = machine();
+    let [x, y, z] = machine.start().linear();
+    let left = [-50.0, 0.0, 50.0].map(|aside| {
+        let edited = machine.edit(|m| {
+            let start = m.start.insert(Default::default());
+            [start.x_mm, start.y_mm] = [x + aside, y + aside];
+            start.z_mm = z + aside.abs();
+        });
+        let machine = edited.unwrap();
+        let mut seen = OffSegments::default();
+        let simulation = Simulation::new(&part, &machine).method("none");
+        simulation.observer(&mut seen).run().unwrap();
+        seen.0
+    });
+    let [least, most] = [f64::min, f64::max].map(|of| left.into_iter().reduce(of).unwrap());
+    // 36 um with the wrong flank of one axis.
+    assert!(most < 18e-3 && most - least < 1e-3, "{left:?}");
+}
+
+/// How far the tool is off the cuts of the test, at most, mm.
+#[derive(Default)]
+struct OffSegments(f64);
+
+impl Observer for OffSegments {
+    fn wants_contour(&self) -> bool {
+        true
+    }
+
+    fn contour(&mut self, _method: usize, points: &[ContourPoint]) {
+        const CORNERS: [[f64; 3]; 6] = [
+            [0.0, 0.0, 5.0],
+            [0.0, 0.0, -1.0],
+            [40.0, 0.0, -1.0],
+            [40.0, 30.0, -1.0],
+            [0.0, 30.0, -1.0],
+            [0.0, 0.0, -1.0],
+        ];
+        const SECOND: [[f64; 3]; 3] = [[50.0, 0.0, 5.0], [50.0, 0.0, -1.0], [60.0, 0.0, -1.0]];
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let less = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+        for point in points.iter().filter(|point| point.moving && !point.rapid) {
+            let pairs = CORNERS.windows(2).chain(SECOND.windows(2));
+            let off = pairs.map(|pair| {
+                let (way, from) = (less(pair[1], pair[0]), less(point.actual_mm, pair[0]));
+                let share = (dot(from, way) / dot(way, way)).clamp(0.0, 1.0);
+                let rest = less(from, way.map(|part| part * share));
+                dot(rest, rest).sqrt()
+            });
+            self.0 = self.0.max(off.fold(f64::INFINITY, f64::min));
+        }
+    }
+}
+
 /// A way home by a place that half a gap is missing to has a first move that the original does not have.
 #[test]
 fn a_way_home_from_half_a_gap_aside_is_kept() {
@@ -397,6 +609,19 @@ fn arcs_of_several_turns_are_cut_at_their_reversals() {
     assert!(
         new.after.rms_um < 0.6 * new.before.rms_um,
         "{:?}",
+        new.after
+    );
+}
+
+/// A move that goes back along the one before it is measured by itself: the drive is wound up the other way.
+#[test]
+fn ways_that_are_gone_twice_are_told_apart() {
+    let text = "G21 G90 G17 G61\nG0 X0 Y0 Z5\nG1 Z-1 F300\nG1 X20 F900\nG2 X30 Y-10 I0 J-10\nG3 X20 Y-20 I-10 J0\nG1 X0\nG0 Z5\nM2\n";
+    let new = rewritten(text);
+    assert!(
+        new.normal_um > 5.0 && new.after.rms_um < 2.5,
+        "{} {:?}",
+        new.normal_um,
         new.after
     );
 }

@@ -1,6 +1,7 @@
 //! Settings of the controls of machine tools.
 
-use super::{Parameters, ToldAxis, linear, short, unit};
+use super::{Counting, Parameters, ToldAxis, linear, numbered, short};
+use lostmotion_gcode::Units;
 
 pub(super) fn fanuc(p: &mut Parameters, method: &str, axes: &[ToldAxis], detection_unit_um: f64) {
     p.source = "Fanuc B-63090EN/02 p. 97, B-64120EN/01 p. 116";
@@ -36,49 +37,59 @@ pub(super) fn fanuc(p: &mut Parameters, method: &str, axes: &[ToldAxis], detecti
         "the detection unit is {detection_unit_um} um (least input increment, CMR and DMR): the value is counted in it; --detection-unit-um changes it"
     ));
     p.needs("the reference position is established: before, the amount for rapid traverse is not used; jog counts as cutting");
-    p.needs("the axes are numbered A1, A2, ... in the order of the machine description");
+    let all: Vec<&ToldAxis> = axes.iter().collect();
+    let order = numbered(&all, |place| format!("A{}", place + 1));
+    p.needs(format!("the axes are numbered as here: {order}"));
 }
 
-pub(super) fn siemens(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
+pub(super) fn siemens(p: &mut Parameters, method: &str, axes: &[ToldAxis], counting: &Counting) {
     p.source = "Siemens 840D, 828D, 808D: function manual K3, list of machine data";
     for (number, axis) in axes.iter().enumerate() {
         let ax = format!("AX{}", number + 1);
         if method == "actual-value" {
-            let value = short(axis.gap, 4);
+            let (unit, size, decimals) = counting.of(axis.is_rotary);
+            let value = short(axis.gap / size, decimals);
             p.line(format!("N32450 $MA_BACKLASH[0,{ax}]={value}"));
             p.set(
                 "MD32450 BACKLASH[0]",
                 &axis.name,
                 value,
-                unit(axis),
+                unit,
                 "total backlash, added to the actual value; + where the encoder leads",
             );
             continue;
         }
-        pulse(p, axis, &ax);
+        pulse(p, axis, &ax, counting);
     }
     if method != "actual-value" {
         p.note("blocks within one interpolation cycle are simulated with the whole pulse; where it overcompensates them, a smaller MD32580 has to be found on the machine");
     }
     p.needs("the axes are referenced: the compensation is active only behind it");
     p.needs("index 0 is the measuring system that closes the position loop; MD32452 BACKLASH_FACTOR is 1");
-    p.needs("axes are AX1, AX2, ... in the order of the machine description; a reset of the NCK makes the data active");
+    let all: Vec<&ToldAxis> = axes.iter().collect();
+    let order = numbered(&all, |place| format!("AX{}", place + 1));
+    p.needs(format!(
+        "the axes are numbered as here: {order}; a reset of the NCK makes the data active"
+    ));
+    let system = match counting.units {
+        Units::Mm => "1: lengths of machine data are in mm",
+        Units::Inch => "0: lengths of machine data are in inches",
+    };
+    p.needs(format!("MD10240 SCALING_SYSTEM_IS_METRIC is {system}"));
 }
 
 /// Friction compensation of an axis: the pulse, and its curve over the acceleration. A block within one
 /// interpolation cycle gets the whole pulse, as simulated.
-fn pulse(p: &mut Parameters, axis: &ToldAxis, ax: &str) {
+fn pulse(p: &mut Parameters, axis: &ToldAxis, ax: &str, counting: &Counting) {
     let pulse = axis.config.compensation.decaying_pulse;
-    // mm/min and m/s2 for linear axes, rev/min and rev/s2 for rotary ones.
-    let (per_minute, per_second) = if axis.is_rotary {
-        (60.0 / 360.0, 1.0 / 360.0)
-    } else {
-        (60.0, 1e-3)
-    };
-    let [speed, rise] = if axis.is_rotary {
-        ["rev/min", "rev/s2"]
-    } else {
-        ["mm/min", "m/s2"]
+    // Of linear axes the acceleration is in metres where lengths are metric.
+    let (per_minute, per_second, speed, rise) = match (axis.is_rotary, counting.units) {
+        (true, _) => (60.0 / 360.0, 1.0 / 360.0, "rev/min", "rev/s2"),
+        (false, Units::Mm) => (60.0, 1e-3, "mm/min", "m/s2"),
+        (false, Units::Inch) => {
+            let size = Units::Inch.mm();
+            (60.0 / size, 1.0 / size, "inch/min", "inch/s2")
+        }
     };
     let height = |units: f64| short(units * per_minute, 3);
     let curve = pulse.acceleration_units_s2;
@@ -160,7 +171,9 @@ pub(super) fn heidenhain(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
         p.note("reversal spikes (MP715, MP716): no primary source for how the amount is measured here; no number is printed");
         return;
     }
-    for (number, axis) in linear(p, axes).into_iter().enumerate() {
+    let all = linear(p, axes);
+    let order = numbered(&all, |place| format!("MP710.{place}"));
+    for (number, axis) in all.into_iter().enumerate() {
         let value = short(axis.gap, 4);
         let time = axis.config.compensation.actual_value.spread_ms;
         if time > 0.0 {
@@ -196,6 +209,7 @@ pub(super) fn heidenhain(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
     }
     p.needs("rotary encoders at the motors close the loop; with linear encoders MP750 and MP752 (posCtrlRevErr, posCtrlRevErrTime) are meant");
     p.needs("MP710 and MP750 are not both set for one axis");
+    p.needs(format!("the axes are numbered as here: {order}"));
 }
 
 pub(super) fn mitsubishi(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
@@ -244,14 +258,15 @@ pub(super) fn mitsubishi(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
     p.needs("SV027 bit 9 switches the compensation on; the rated torque of the description is taken for the stall torque");
 }
 
-pub(super) fn fagor(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
+pub(super) fn fagor(p: &mut Parameters, method: &str, axes: &[ToldAxis], counting: &Counting) {
     p.source = "Fagor CNC 8060, 8065: installation manual (BACKLASH, BAKANOUT, BAKTIME)";
     let mut is_pulse = false;
     for axis in linear(p, axes) {
         if method == "fixed" {
-            let value = short(axis.gap, 4);
-            p.line(format!("BACKLASH {value}    ({})", axis.name));
-            p.set("BACKLASH", &axis.name, value, "mm", "total backlash");
+            let (unit, size, decimals) = counting.of(false);
+            let value = short(axis.gap / size, decimals);
+            p.line(format!("BACKLASH {value}    ({}, {unit})", axis.name));
+            p.set("BACKLASH", &axis.name, value, unit, "total backlash");
             continue;
         }
         let pulse = axis.config.compensation.decaying_pulse;
@@ -282,6 +297,8 @@ pub(super) fn fagor(p: &mut Parameters, method: &str, axes: &[ToldAxis]) {
     if is_pulse {
         p.needs("ACTBAKAN: the pulse on all moves, not on G2 and G3 alone, as simulated");
     }
+    let unit = counting.of(false).0;
+    p.needs(format!("lengths of machine parameters are in {unit}, as `control_units` of the machine description says"));
     p.note("how fast the control applies BACKLASH is not published; 15 ms are taken");
 }
 

@@ -8,6 +8,7 @@ mod open_controls;
 
 use super::results::ControlSetting;
 use crate::control::Control;
+use crate::machine::Machine;
 use lostmotion_base::AxisId;
 use lostmotion_drive::config::Gap;
 use lostmotion_gcode::Units;
@@ -47,14 +48,50 @@ pub(super) struct Parameters {
 pub(super) struct Counting {
     /// Detection unit of a Fanuc control, um.
     pub(super) detection_unit_um: f64,
-    /// Unit of length of LinuxCNC's settings.
+    /// Unit of length of its settings.
     pub(super) units: Units,
     /// The axes of LinuxCNC's joints by their number.
     pub(super) joints: Vec<Option<AxisId>>,
+    /// Whether each motor of an axis with two has settings of its own.
+    pub(super) has_own_motors: bool,
 }
 
 impl Counting {
-    /// Unit of an axis in LinuxCNC's settings: its name, the mm or deg in it, and the digits behind
+    pub(super) fn new(control: Control, machine: &Machine, detection_unit_um: f64) -> Counting {
+        let joints = machine.joint_axes();
+        // Of others the unit is always the same, or told with the value.
+        let has_machine_units = matches!(
+            control,
+            Control::LinuxCnc | Control::Mach3 | Control::Siemens | Control::Fagor
+        );
+        let has_own_motors = match (control, machine.gantry()) {
+            (Control::LinuxCnc, Some(gantry)) => {
+                let of_axis = joints.iter().filter(|axis| **axis == Some(gantry.axis));
+                of_axis.count() > 1
+            }
+            (
+                Control::Mach3
+                | Control::GrblHal
+                | Control::Marlin
+                | Control::RepRapFirmware
+                | Control::Smoothieware,
+                _,
+            ) => false,
+            _ => true,
+        };
+        Counting {
+            detection_unit_um,
+            units: if has_machine_units {
+                machine.control_units()
+            } else {
+                Units::Mm
+            },
+            joints,
+            has_own_motors,
+        }
+    }
+
+    /// Unit of an axis in the control's settings: its name, the mm or deg in it, and the digits behind
     /// the point that a gap has.
     fn of(&self, is_rotary: bool) -> (&'static str, f64, usize) {
         match self.units {
@@ -69,7 +106,7 @@ impl Counting {
 pub(super) fn step(control: Control, counting: &Counting, is_rotary: bool) -> f64 {
     match control {
         Control::Fanuc => counting.detection_unit_um * 1e-3,
-        Control::LinuxCnc if !is_rotary && counting.units == Units::Inch => 1e-5 * Units::Inch.mm(),
+        _ if !is_rotary && counting.units == Units::Inch => 1e-5 * Units::Inch.mm(),
         Control::Marlin | Control::RepRapFirmware | Control::Smoothieware | Control::GrblHal => {
             1e-3
         }
@@ -77,11 +114,20 @@ pub(super) fn step(control: Control, counting: &Counting, is_rotary: bool) -> f6
     }
 }
 
-/// Largest value that it takes, mm or deg.
-fn most(control: Control, detection_unit_um: f64) -> f64 {
+/// Whether a control has a setting for axes that turn, whose unit is known here.
+pub(super) fn sets_rotary(control: Control, method: &str) -> bool {
     match control {
-        Control::Fanuc => 9999.0 * detection_unit_um * 1e-3,
-        Control::Heidenhain => 1.0,
+        Control::LinuxCnc | Control::Fanuc | Control::Siemens => true,
+        Control::Mitsubishi => method == "friction-torque",
+        _ => false,
+    }
+}
+
+/// Largest value that it takes, in steps of its own.
+fn most_steps(control: Control) -> f64 {
+    match control {
+        Control::Fanuc => 9999.0,
+        Control::Heidenhain => 10_000.0,
         _ => f64::INFINITY,
     }
 }
@@ -141,25 +187,29 @@ pub(super) fn parameters(
     counting: &Counting,
 ) -> Result<Parameters, String> {
     let detection_unit_um = counting.detection_unit_um;
-    let limit = most(control, detection_unit_um);
-    if let Some(axis) = axes.iter().find(|axis| axis.gap > limit) {
-        return Err(format!(
-            "the gap of {} is {} {}, and a {control} control takes {limit} at most",
-            axis.name,
-            axis.gap,
-            unit(axis)
-        ));
+    let limit = most_steps(control);
+    for axis in axes {
+        let step = step(control, counting, axis.is_rotary);
+        let steps = (axis.gap / step).round();
+        if steps > limit {
+            return Err(format!(
+                "the gap of {} is {steps} units of {} {}, and a {control} control takes {limit} at most",
+                axis.name,
+                short(step, 7),
+                unit(axis),
+            ));
+        }
     }
     let mut p = Parameters::default();
     match control {
         Control::LinuxCnc => linuxcnc(&mut p, axes, counting),
         Control::Fanuc => fanuc(&mut p, method, axes, detection_unit_um),
-        Control::Siemens => siemens(&mut p, method, axes),
+        Control::Siemens => siemens(&mut p, method, axes, counting),
         Control::Heidenhain => heidenhain(&mut p, method, axes),
         Control::Mitsubishi => mitsubishi(&mut p, method, axes),
-        Control::Fagor => fagor(&mut p, method, axes),
+        Control::Fagor => fagor(&mut p, method, axes, counting),
         Control::Beckhoff => isg(&mut p, axes),
-        Control::Mach3 => mach3(&mut p, axes),
+        Control::Mach3 => mach3(&mut p, axes, counting),
         Control::GrblHal => grblhal(&mut p, axes),
         Control::Marlin => marlin(&mut p, axes),
         Control::RepRapFirmware => reprap(&mut p, axes),
@@ -201,13 +251,21 @@ fn short(value: f64, decimals: usize) -> String {
     }
 }
 
+/// The axes by the numbers of a control that counts them in the order of the machine description: `A1 X,
+/// A2 Y`.
+fn numbered(axes: &[&ToldAxis], number: impl Fn(usize) -> String) -> String {
+    let named = axes.iter().enumerate();
+    let named = named.map(|(place, axis)| format!("{} {}", number(place), axis.name));
+    named.collect::<Vec<_>>().join(", ")
+}
+
 /// Axes that move along; the others are named as left out.
 fn linear<'a>(p: &mut Parameters, axes: &'a [ToldAxis]) -> Vec<&'a ToldAxis> {
     let (turning, straight): (Vec<&ToldAxis>, Vec<&ToldAxis>) =
         axes.iter().partition(|axis| axis.is_rotary);
     for axis in turning {
         p.note(format!(
-            "{}: in which unit rotary axes are set has no primary source here; no number is printed, and the simulation has it compensated",
+            "{}: in which unit rotary axes are set has no primary source here; it is left alone, in the simulation, too",
             axis.name
         ));
     }

@@ -56,13 +56,14 @@ pub(super) fn linuxcnc(p: &mut Parameters, axes: &[ToldAxis], counting: &Countin
     ));
 }
 
-pub(super) fn mach3(p: &mut Parameters, axes: &[ToldAxis]) {
+pub(super) fn mach3(p: &mut Parameters, axes: &[ToldAxis], counting: &Counting) {
     p.source = "secondary sources alone";
     for axis in linear(p, axes) {
-        let value = short(axis.gap, 4);
+        let (unit, size, decimals) = counting.of(false);
+        let value = short(axis.gap / size, decimals);
         let percent = 100.0 * axis.config.compensation.fixed_mach3.speed_units_s / axis.velocity;
         p.line(format!(
-            "Config > Backlash: {} distance {value}, speed {} %",
+            "Config > Backlash: {} distance {value} {unit}, speed {} %",
             axis.name,
             short(percent, 1)
         ));
@@ -70,7 +71,7 @@ pub(super) fn mach3(p: &mut Parameters, axes: &[ToldAxis]) {
             "backlash distance",
             &axis.name,
             value,
-            "mm",
+            unit,
             "total backlash",
         );
         p.set(
@@ -81,12 +82,19 @@ pub(super) fn mach3(p: &mut Parameters, axes: &[ToldAxis]) {
             "one for all axes; the acceleration is ignored",
         );
     }
+    let unit = counting.of(false).0;
+    p.needs(format!(
+        "the native units (Config > Select Native Units) are {unit}, as `control_units` of the machine description says"
+    ));
     p.note("what Mach3 does is known from secondary sources; it switches constant velocity off, so that the path stops at the end of every move");
 }
 
 pub(super) fn grblhal(p: &mut Parameters, axes: &[ToldAxis]) {
     p.source = "grblHAL core, issues 364 and 751: $160 and following";
-    for (number, axis) in linear(p, axes).into_iter().enumerate() {
+    for axis in linear(p, axes) {
+        let Some(number) = place(axis, "XYZABCUV") else {
+            continue;
+        };
         let value = short(axis.gap, 3);
         p.line(format!("${}={value}", 160 + number));
         p.set(
@@ -101,6 +109,11 @@ pub(super) fn grblhal(p: &mut Parameters, axes: &[ToldAxis]) {
     p.note("a rapid of the gap's length is put before the move, so the path stops at every reversal. Told too much it cuts with a rapid: small end mills break (issue 751)");
 }
 
+/// Number of an axis on a control that counts its axes by their letters; none of one that it has not.
+fn place(axis: &ToldAxis, letters: &str) -> Option<usize> {
+    letters.find(axis.id.letter())
+}
+
 /// ` X0.010 Y0.012`.
 fn words(axes: &[&ToldAxis]) -> String {
     axes.iter()
@@ -113,6 +126,7 @@ pub(super) fn marlin(p: &mut Parameters, axes: &[ToldAxis]) {
     let all = linear(p, axes);
     let Some(first) = all.first() else { return };
     let settings = first.config.compensation.fixed_by_travel;
+    p.line("G21".to_owned());
     p.line(format!(
         "M425 F{} S{}{}",
         short(settings.correction, 2),
@@ -151,6 +165,7 @@ pub(super) fn reprap(p: &mut Parameters, axes: &[ToldAxis]) {
     let all = linear(p, axes);
     let Some(first) = all.first() else { return };
     let multiple = short(first.config.compensation.fixed_by_travel.multiple, 0);
+    p.line("G21".to_owned());
     p.line(format!("M425{} S{multiple}", words(&all)));
     for axis in &all {
         p.set(
@@ -173,7 +188,11 @@ pub(super) fn reprap(p: &mut Parameters, axes: &[ToldAxis]) {
 
 pub(super) fn smoothie(p: &mut Parameters, axes: &[ToldAxis]) {
     p.source = "Smoothieware pull request 1543 and wiki";
-    for (axis, actuator) in linear(p, axes).into_iter().zip(["alpha", "beta", "gamma"]) {
+    for axis in linear(p, axes) {
+        let Some(place) = place(axis, "XYZ") else {
+            continue;
+        };
+        let actuator = ["alpha", "beta", "gamma"][place];
         let value = short(axis.gap, 3);
         p.line(format!(
             "{actuator}_backlash_mm    {value}    # {}",
