@@ -124,6 +124,8 @@ pub struct ProgrammedMove {
     pub plane: Plane,
     /// Origin of the program's coordinates in machine coordinates, mm.
     pub origin_mm: [f64; 3],
+    /// The same of all axes, mm and rad.
+    pub origin: Coords,
     /// Whether the curve is that of the tool's tip; else that of the linear joints.
     pub is_tip: bool,
 }
@@ -161,6 +163,7 @@ impl Curves {
             motion: motion_of,
             plane: read.plane,
             origin_mm: motion.origin.linear(),
+            origin: motion.origin,
             is_tip: read.tip,
         }))
     }

@@ -6,6 +6,7 @@
 //! fits, from every place of the path in turn, with the shift of coordinates that it would take.
 
 use super::path::{Foot, ProgrammedPath};
+use super::short;
 use crate::error::SimError;
 use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use lostmotion_base::math::quantile;
@@ -51,6 +52,10 @@ const FIT_STEPS: usize = 16;
 const NARROWER: f64 = 0.4;
 /// Smallest part of the points that has to tell a direction of the shift.
 const TOLD_SHARE: f64 = 1e-3;
+/// Stretches of a record of which each pulls at a fitted shift once. A choice: some blocks each.
+const STRETCHES: usize = 8;
+/// Student's t for 95 %, with as many degrees of freedom as the shift leaves of them.
+const STUDENT: f64 = 2.571;
 /// A fit this many times as wide as the best one, and the channel's own error, is as good.
 const AS_GOOD: f64 = 1.5;
 
@@ -164,13 +169,7 @@ pub(super) fn locate(
     let points = points(record, STEP_MM.max(20.0 * error_mm));
     let search = Search::of(path, &points, error_mm);
     if points.len() < FEWEST_POINTS {
-        let what = format!(
-            "the log hardly moves: {} points are {} mm apart or more",
-            points.len(),
-            STEP_MM.max(20.0 * error_mm)
-        );
-        let hint = "log the program while it moves";
-        return Err(Unfound::Rests(SimError::refused(what, hint)));
+        return Err(Unfound::Rests(few_points(&points, record, error_mm)));
     }
     let known = [
         (Coordinates::Machine, [0.0; 3]),
@@ -190,6 +189,28 @@ pub(super) fn locate(
     }
     let found = search.shifted(&points)?;
     Ok(search.whole(found, &points, record))
+}
+
+/// Why a record has too few points: it rests, or goes so far from row to row that its values look
+/// like noise.
+fn few_points(points: &[Point], record: &[[f64; 3]], error_mm: f64) -> SimError {
+    let ways = record.windows(2).map(|pair| norm(sub(pair[1], pair[0])));
+    let way_mm = quantile(ways.collect(), 0.5);
+    if way_mm > STEP_MM.max(error_mm) {
+        return SimError::refused(
+            format!(
+                "the rows of the log are too far apart to tell where in the program they are: {} mm from one to the next",
+                short(way_mm)
+            ),
+            "log at 100 Hz or more",
+        );
+    }
+    let what = format!(
+        "the log hardly moves: {} points are {} mm apart or more",
+        points.len(),
+        short(STEP_MM.max(20.0 * error_mm))
+    );
+    SimError::refused(what, "log the program while it moves")
 }
 
 /// The last row of a further part of a record that is on the path, from the place of its first one
@@ -564,7 +585,45 @@ impl<'a> Search<'a> {
                 break;
             }
         }
+        let residue_mm = self.pulled(points, &fitted);
+        fitted.error_mm = fitted.error_mm.max(residue_mm);
         fitted
+    }
+
+    /// How far what is left of the distances may have pulled a shift (95 %), mm. Neighbours are off
+    /// alike, by a fault or an angle, so that points do not count one by one: each stretch of the
+    /// record pulls once, and the shift is as uncertain as these pulls are large.
+    fn pulled(&self, points: &[Point], fitted: &Fitted) -> f64 {
+        let track = &fitted.track;
+        let stretch = track.feet.len().div_ceil(STRETCHES).max(1);
+        let mut matrix = [[0.0; 3]; 3];
+        let mut pulls = [[0.0; 3]; STRETCHES];
+        let on_path = points.iter().skip(track.from).zip(&track.feet);
+        for (index, (point, foot)) in on_path.enumerate() {
+            let (off, along) = self.path.off(foot, sub(point.at, fitted.shift_mm));
+            let part = dot(off, along);
+            let Some(pull) = pulls.get_mut(index / stretch) else {
+                break;
+            };
+            for i in 0..3 {
+                pull[i] += off[i] - part * along[i];
+                for j in 0..3 {
+                    let one = if i == j { 1.0 } else { 0.0 };
+                    matrix[i][j] += one - along[i] * along[j];
+                }
+            }
+        }
+        let lower = cholesky(&matrix, TOLD_SHARE * track.feet.len() as f64);
+        let mut square = [0.0; 3];
+        for pull in &pulls {
+            let moved = cholesky_solve(&lower, pull);
+            for (square, moved) in square.iter_mut().zip(moved) {
+                *square += moved * moved;
+            }
+        }
+        // Three of the pulls are taken up by the shift itself.
+        let spare = STRETCHES as f64 / (STRETCHES - 3) as f64;
+        STUDENT * (spare * square.iter().copied().fold(0.0, f64::max)).sqrt()
     }
 
     /// With the rows before the first point and behind the last, where they stand still.

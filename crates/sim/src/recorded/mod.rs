@@ -6,6 +6,7 @@
 //! and noise (`rates`).
 
 mod blocks;
+mod channels;
 mod locate;
 mod path;
 mod rates;
@@ -17,35 +18,23 @@ use crate::program::BlockTexts;
 use crate::results::ProgramInfo;
 use crate::setup::Setup;
 use blocks::{Blocks, Holes};
+use channels::{Channels, needed};
 use locate::{Coordinates, Located, Unfound, follow, goes_on, locate};
-use lostmotion_base::units::deg;
-use lostmotion_base::{AxisId, Coords};
+use lostmotion_base::{AxisId, BlockRef};
 use path::{Foot, ProgrammedPath};
-use rates::{Channel, Fineness, Order, time_bound_s};
 use results::{
-    Derivative, LimitUse, RECORD_SCHEMA, RecordCheck, RecordCoordinates, RecordKind, RecordPlace,
-    RecordedAxisCheck,
+    RECORD_SCHEMA, RecordCheck, RecordCoordinates, RecordKind, RecordPlace, RecordedAxisCheck,
 };
 
 /// Time between rows beyond which limits are not told, and beyond which nothing is, s. Choices: a stroke's
 /// acceleration lasts some 0.1 s, and blocks last some 0.5.
 const SLOW_S: f64 = 0.1;
 const SLOWEST_S: f64 = 0.5;
-/// By how much a limit may be exceeded without being said to be, in parts of it. A choice: limits of
-/// controls are rounded numbers.
-const LIMIT_SLACK: f64 = 0.005;
-/// The same of measured positions. A choice: limits are those of commands, and servos overshoot.
-const SERVO_SLACK: f64 = 0.1;
-/// Part of a limit that an error of a derivative may be for the record to tell it.
-const TOLD_SHARE: f64 = 0.5;
+/// Distance that a fitted shift may leave, RMS, in multiples of what programs, servos and roundings
+/// explain. A choice.
+const DOUBTFUL: f64 = 2.0;
 /// Other places that are listed.
 const MOST_OTHERS: usize = 10;
-/// Derivatives with the place of their limit.
-const DERIVATIVES: [Derivative; 3] = [
-    Derivative::Velocity,
-    Derivative::Acceleration,
-    Derivative::Jerk,
-];
 
 /// Positions of one axis, mm or rad.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,8 +89,8 @@ pub(crate) fn check(
     recorded: &Recorded,
     options: &RecordOptions,
 ) -> Result<RecordCheck, SimError> {
-    let (checked, path) = program(setup, options)?;
-    let mut record = Record::new(setup, &path, options);
+    let (checked, paths) = program(setup, options)?;
+    let mut record = Record::new(setup, &paths, options);
     record.part(recorded, 0)?;
     record.finish(checked)
 }
@@ -112,19 +101,19 @@ pub(crate) fn check_parts<E: From<SimError>>(
     next: &mut dyn FnMut() -> Result<Option<(Recorded, usize)>, E>,
     options: &RecordOptions,
 ) -> Result<RecordCheck, E> {
-    let (checked, path) = program(setup, options)?;
-    let mut record = Record::new(setup, &path, options);
+    let (checked, paths) = program(setup, options)?;
+    let mut record = Record::new(setup, &paths, options);
     while let Some((recorded, shared)) = next()? {
         record.part(&recorded, shared)?;
     }
     Ok(record.finish(checked)?)
 }
 
-/// The program, checked, and its path.
+/// The program, checked, and its paths: one, or one for each tool and kind of coordinates.
 fn program(
     setup: &Setup<'_>,
     options: &RecordOptions,
-) -> Result<(Checked, ProgrammedPath), SimError> {
+) -> Result<(Checked, Vec<ProgrammedPath>), SimError> {
     // The work offset of the log may be another than the machine file's: then travel says nothing.
     let checked = match motion::check(setup) {
         Err(SimError::Travel { name, .. }) => Checked {
@@ -136,26 +125,26 @@ fn program(
         },
         other => other?,
     };
-    let path = ProgrammedPath::read(
+    let paths = path::read(
         Curves::new(setup)?,
         setup.kinematics.joint_map(),
         setup.machine.planner().exact_path_tolerance_mm,
         options.max_moves,
     )?;
-    if path.pieces.is_empty() {
+    if paths.is_empty() {
         return Err(SimError::refused(
             "the program does not move the tool",
             "is it the right file?",
         ));
     }
-    Ok((checked, path))
+    Ok((checked, paths))
 }
 
 /// A record that is held against its program part by part. The first part that moves is looked for in
 /// the program; the others go on where the one before ends.
 struct Record<'a> {
     setup: &'a Setup<'a>,
-    path: &'a ProgrammedPath,
+    paths: &'a [ProgrammedPath],
     options: &'a RecordOptions,
     /// Rows up to now, before the path and behind it.
     rows: u64,
@@ -170,12 +159,19 @@ struct Record<'a> {
 
 /// A record that was found.
 struct OnPath<'a> {
+    /// The path, and which one of the program's.
+    path: &'a ProgrammedPath,
+    section: usize,
     kind: RecordKind,
     period_s: f64,
     located: Located,
     from_s: f64,
     to_s: f64,
     first: Foot,
+    /// First blocks of other places that fit as well.
+    others: Vec<BlockRef>,
+    /// How far a point may be off without the shift, mm.
+    error_mm: f64,
     /// The last feet, as many as parts share.
     tail: Vec<Foot>,
     blocks: Blocks<'a>,
@@ -184,15 +180,41 @@ struct OnPath<'a> {
     untold: Vec<String>,
 }
 
+/// Where a part of a record was found: its path, which one of the program's, and its columns.
+struct Place<'a, 'r> {
+    path: &'a ProgrammedPath,
+    section: usize,
+    channels: Channels<'r>,
+    /// First blocks of other places that fit as well.
+    others: Vec<BlockRef>,
+}
+
+impl OnPath<'_> {
+    /// Where the next part is, whose first rows are the last ones of the part before.
+    fn goes_on(&self, channels: &Channels<'_>, shared: usize) -> Located {
+        let first = shared.saturating_sub(self.tail.len());
+        let known = self.tail.len().saturating_sub(shared);
+        let place_mm = self.tail.get(known).map_or(0.0, |foot| foot.place_mm);
+        let points = channels.points.get(first..).unwrap_or_default();
+        let error_mm = channels.error_mm;
+        let last = first + goes_on(self.path, points, place_mm, &self.located, error_mm);
+        Located {
+            rows: (first, last),
+            place_mm,
+            ..self.located.clone()
+        }
+    }
+}
+
 impl<'a> Record<'a> {
     fn new(
         setup: &'a Setup<'a>,
-        path: &'a ProgrammedPath,
+        paths: &'a [ProgrammedPath],
         options: &'a RecordOptions,
     ) -> Record<'a> {
         Record {
             setup,
-            path,
+            paths,
             options,
             rows: 0,
             rows_before: 0,
@@ -217,13 +239,11 @@ impl<'a> Record<'a> {
             self.rows_behind += fresh;
             return Ok(());
         }
-        let channels = Channels::new(self.setup, recorded, self.path)?;
-        let error_mm = channels.error_mm;
         let again = shared;
         // Where the part is: found, or behind the last feet.
-        let (located, shared) = match &self.on_path {
-            None => match locate(self.path, &channels.points, error_mm, self.options.shifted) {
-                Ok(located) => (located, 0),
+        let (place, located, shared) = match &self.on_path {
+            None => match self.find(recorded) {
+                Ok((place, located)) => (place, located, 0),
                 Err(error @ Unfound::Rests(_)) => {
                     self.rows_before += fresh;
                     self.unfound = Some(error.into());
@@ -232,31 +252,27 @@ impl<'a> Record<'a> {
                 Err(error) => return Err(error.into()),
             },
             Some(found) => {
-                let first = shared.saturating_sub(found.tail.len());
-                let known = found.tail.len().saturating_sub(shared);
-                let place_mm = found.tail.get(known).map_or(0.0, |foot| foot.place_mm);
-                let points = channels.points.get(first..).unwrap_or_default();
-                let last = first + goes_on(self.path, points, place_mm, &found.located, error_mm);
-                let located = Located {
-                    rows: (first, last),
-                    place_mm,
-                    ..found.located.clone()
+                let place = Place {
+                    path: found.path,
+                    section: found.section,
+                    channels: Channels::new(self.setup, recorded, found.path)?,
+                    others: Vec::new(),
                 };
-                (located, shared - first)
+                let first = shared.saturating_sub(found.tail.len());
+                let located = found.goes_on(&place.channels, shared);
+                (place, located, shared - first)
             }
         };
+        let (path, channels) = (place.path, place.channels);
+        let error_mm = channels.error_mm;
         let (first, last) = located.rows;
         self.is_behind = last + 1 < rows;
+        self.one_section(place.section, first)?;
         self.rows_behind += (rows - 1 - last.min(rows - 1)) as u64;
         let on_path = channels.points.get(first..=last).unwrap_or_default();
         let at = |point: &[f64; 3]| lostmotion_base::vec::sub(*point, located.shift_mm);
-        let feet = follow(
-            self.path,
-            on_path.iter().map(at),
-            located.place_mm,
-            error_mm,
-        );
-        let error_mm = error_mm + located.shift_error_mm;
+        let feet = follow(path, on_path.iter().map(at), located.place_mm, error_mm);
+        let (own_mm, error_mm) = (error_mm, error_mm + located.shift_error_mm);
         let time = |row: usize| recorded.time_s.get(row).copied().unwrap_or_default();
         let found = match &mut self.on_path {
             Some(found) => found,
@@ -264,13 +280,17 @@ impl<'a> Record<'a> {
                 self.rows_before = (self.rows_before + first as u64).saturating_sub(again as u64);
                 let steps = recorded.time_s.windows(2).map(|pair| pair[1] - pair[0]);
                 self.on_path.insert(OnPath {
+                    path,
+                    section: place.section,
+                    others: place.others,
+                    error_mm: own_mm,
                     kind: recorded.kind,
                     period_s: lostmotion_base::math::quantile(steps.collect(), 0.5),
                     from_s: time(first),
                     to_s: 0.0,
                     first: feet.first().copied().unwrap_or_default(),
                     tail: Vec::new(),
-                    blocks: Blocks::new(self.setup, recorded, self.path, error_mm),
+                    blocks: Blocks::new(self.setup, recorded, path, error_mm),
                     holes: Holes::default(),
                     axes: Vec::new(),
                     untold: Vec::new(),
@@ -290,7 +310,15 @@ impl<'a> Record<'a> {
         }
         let mut untold = Vec::new();
         let range = first..last + 1;
-        let axes = channels.axes(self.setup, range, &mut found.blocks, &feet, &mut untold);
+        let joints = channels.joints(self.setup, path, &found.located, range.clone())?;
+        let axes = channels.axes(
+            self.setup,
+            &joints,
+            range,
+            &mut found.blocks,
+            &feet,
+            &mut untold,
+        );
         merge(&mut found.axes, axes);
         for reason in untold {
             // The same of the same axis, with other figures.
@@ -303,6 +331,81 @@ impl<'a> Record<'a> {
         let spare = found.tail.len().saturating_sub(SHARED_ROWS);
         found.tail.drain(..spare);
         Ok(())
+    }
+
+    /// Looks for a part in each path of the program, at first in coordinates that are known. The
+    /// path that has most of its rows counts, of equal ones the first.
+    fn find<'r>(&self, recorded: &'r Recorded) -> Result<(Place<'a, 'r>, Located), Unfound> {
+        let passes: &[bool] = match (self.paths, self.options.shifted) {
+            ([_], shifted) => &[shifted],
+            (_, true) => &[false, true],
+            (_, false) => &[false],
+        };
+        let mut unfound = None;
+        for &shifted in passes {
+            let mut found: Vec<(Place<'a, 'r>, Located)> = Vec::new();
+            let mut longest_mm = 0.0;
+            for (section, path) in self.paths.iter().enumerate() {
+                let channels = Channels::new(self.setup, recorded, path)?;
+                match locate(path, &channels.points, channels.error_mm, shifted) {
+                    Ok(located) => {
+                        let others = located.others.iter();
+                        let place = Place {
+                            path,
+                            section,
+                            channels,
+                            others: others.map(|mm| path.block(path.at(*mm))).collect(),
+                        };
+                        found.push((place, located));
+                    }
+                    // What hinders it on the longest path says most.
+                    Err(error) if path.length_mm >= longest_mm => {
+                        longest_mm = path.length_mm;
+                        unfound = Some(error);
+                    }
+                    Err(_) => {}
+                }
+            }
+            let rows = |(_, located): &(Place<'_, '_>, Located)| located.rows.1 - located.rows.0;
+            let most = found.iter().map(rows).max().unwrap_or_default();
+            found.retain(|one| rows(one) * 100 >= most * 98);
+            let mut found = found.into_iter();
+            if let Some((mut place, located)) = found.next() {
+                for (other, at) in found {
+                    place
+                        .others
+                        .push(other.path.block(other.path.at(at.place_mm)));
+                    place.others.extend(other.others);
+                }
+                return Ok((place, located));
+            }
+        }
+        let nowhere = || Unfound::Elsewhere(SimError::refused("the log follows no path", ""));
+        Err(unfound.unwrap_or_else(nowhere))
+    }
+
+    /// Refuses a record that moves on before or behind its path where the program goes on with
+    /// another tool or in other coordinates. `first` is its first row on the path.
+    fn one_section(&self, section: usize, first: usize) -> Result<(), SimError> {
+        let is_first = self.on_path.is_none();
+        let change = if is_first && first > 0 && section > 0 {
+            Some((section, "before"))
+        } else if self.is_behind && section + 1 < self.paths.len() {
+            Some((section + 1, "behind"))
+        } else {
+            None
+        };
+        let Some((section, which)) = change else {
+            return Ok(());
+        };
+        let block = self.paths.get(section).map(|path| path.block(0));
+        Err(SimError::refused(
+            format!(
+                "{}: the program changes its tool or its coordinates here, on a machine whose joints do not go with the tool, and the log moves {which} that, too",
+                block.unwrap_or_default().span
+            ),
+            "check the log of each part of the program by itself: --from and --to take a part of the log",
+        ))
     }
 
     fn finish(self, checked: Checked) -> Result<RecordCheck, SimError> {
@@ -320,7 +423,7 @@ impl<'a> Record<'a> {
                 "times in milliseconds? Then --column time=NAME,unit=ms; else log at 100 Hz or more",
             ));
         }
-        let path = self.path;
+        let path = found.path;
         let mut untold = Vec::new();
         if found.period_s > SLOW_S {
             untold.push(format!(
@@ -330,6 +433,12 @@ impl<'a> Record<'a> {
         }
         if found.kind == RecordKind::Measured {
             untold.push("whether the axes keep their jerk: that limit is one of commands, and these positions are measured".to_owned());
+        }
+        if let Some(gantry) = self.setup.machine.gantry() {
+            untold.push(format!(
+                "what the second motor of axis {} does, and how far it is from the first: one position of each axis is checked",
+                gantry.axis
+            ));
         }
         untold.extend(found.holes.untold(path));
         untold.extend(found.untold);
@@ -341,12 +450,6 @@ impl<'a> Record<'a> {
                     .to_owned(),
             );
         }
-        let block = |piece: usize| {
-            path.pieces
-                .get(piece)
-                .map(|piece| piece.block)
-                .unwrap_or_default()
-        };
         let mut answer = RecordCheck {
             schema: RECORD_SCHEMA,
             program: checked.program,
@@ -354,8 +457,8 @@ impl<'a> Record<'a> {
             kind: found.kind,
             period_s: found.period_s,
             place: RecordPlace {
-                first: block(found.first.piece),
-                last: block(found.tail.last().map_or(0, |foot| foot.piece)),
+                first: path.block(found.first.piece),
+                last: path.block(found.tail.last().map_or(0, |foot| foot.piece)),
                 from_s: found.from_s,
                 to_s: found.to_s,
                 rows: self.rows,
@@ -368,25 +471,51 @@ impl<'a> Record<'a> {
                 },
                 shift_mm: located.shift_mm,
                 shift_error_mm: located.shift_error_mm,
-                others: located
-                    .others
-                    .iter()
-                    .take(MOST_OTHERS)
-                    .map(|place| block(path.at(*place)))
-                    .collect(),
-                other_places: located.others.len() as u64,
+                others: found.others.iter().take(MOST_OTHERS).copied().collect(),
+                other_places: found.others.len() as u64,
             },
             axes: found.axes,
             untold,
             ..RecordCheck::default()
         };
         found.blocks.finish(&mut answer, self.options.keep_blocks);
+        answer
+            .untold
+            .extend(doubt(self.setup, path, found.error_mm, &answer));
         let mut texts = BlockTexts::new(self.setup.program, checked.files);
         for block in &mut answer.blocks {
             block.text = texts.at(block.block.span);
         }
         Ok(answer)
     }
+}
+
+/// Whether a fitted shift leaves more than programs, servos and roundings explain: then it is no
+/// shift that the log is off by.
+fn doubt(
+    setup: &Setup<'_>,
+    path: &ProgrammedPath,
+    error_mm: f64,
+    answer: &RecordCheck,
+) -> Option<String> {
+    if answer.place.coordinates != RecordCoordinates::Shifted {
+        return None;
+    }
+    let told = setup.options.tolerance_um;
+    let verdict_um = told.unwrap_or(setup.machine.simulate().tolerance_um);
+    let blending = path.pieces.iter().filter_map(|piece| piece.tolerance_mm);
+    let usual_um = 1e3 * (blending.fold(0.0, f64::max) + error_mm) + verdict_um;
+    let instead = if path.is_tip {
+        "an angle, as the offset of a rotary axis, a tool or a scale may be off instead"
+    } else {
+        "a scale or a tool may be off instead"
+    };
+    (answer.deviation_rms_um > DOUBTFUL * usual_um).then(|| {
+        format!(
+            "whether the log is off by a shift at all: behind the one that was fitted {} um RMS are left; {instead}",
+            short(answer.deviation_rms_um)
+        )
+    })
 }
 
 /// Adds what a further part shows of the axes.
@@ -450,213 +579,21 @@ fn check_rows(setup: &Setup<'_>, recorded: &Recorded, before: u64) -> Result<(),
         }
     }
     let has = |wanted: AxisId| recorded.axes.iter().any(|axis| axis.axis == wanted);
-    // Tools have X, Y and Z whatever the joints are called.
-    let needed: Vec<AxisId> = if recorded.of_tool {
-        vec![AxisId::X, AxisId::Y, AxisId::Z]
-    } else {
-        let curved = setup.kinematics.joint_map() != lostmotion_kinematics::JointMap::Shifted;
-        let joints = setup.machine.axes().iter();
-        joints
-            .map(|axis| axis.id)
-            .filter(|id| curved || id.index() < 3)
-            .collect()
-    };
-    if let Some(missing) = needed.into_iter().find(|axis| !has(*axis)) {
-        return Err(SimError::refused(
+    let missing = needed(setup, recorded.of_tool)
+        .into_iter()
+        .find(|axis| !has(*axis));
+    if let Some(missing) = missing {
+        let machine = setup.machine.name();
+        let what = if recorded.of_tool && missing.index() >= 3 {
             format!(
-                "the record has no axis {missing}, which the machine `{}` has",
-                setup.machine.name()
-            ),
-            "log all axes that move the tool",
-        ));
+                "the record has no axis {missing}, and the joints of the machine `{machine}` depend on it"
+            )
+        } else {
+            format!("the record has no axis {missing}, which the machine `{machine}` has")
+        };
+        return Err(SimError::refused(what, "log all axes that move the tool"));
     }
     Ok(())
-}
-
-/// The record as the program sees it, and as the joints do.
-struct Channels<'a> {
-    recorded: &'a Recorded,
-    /// The tool in the coordinates that the path is in.
-    points: Vec<[f64; 3]>,
-    joints: Vec<(AxisId, Vec<f64>, Fineness)>,
-    /// How far a point may be off, mm.
-    error_mm: f64,
-}
-
-impl<'a> Channels<'a> {
-    fn new(
-        setup: &Setup<'_>,
-        recorded: &'a Recorded,
-        path: &ProgrammedPath,
-    ) -> Result<Channels<'a>, SimError> {
-        let rows = recorded.time_s.len();
-        let row = |row: usize| {
-            let mut coords = Coords::ZERO;
-            for axis in &recorded.axes {
-                coords.0[axis.axis.index()] = axis.values[row];
-            }
-            coords
-        };
-        let kinematics = &setup.kinematics;
-        let shifted = kinematics.joint_map() == lostmotion_kinematics::JointMap::Shifted;
-        let points = (0..rows)
-            .map(|index| {
-                let coords = row(index);
-                if path.is_tip && !recorded.of_tool {
-                    kinematics.forward(&coords, &path.tool_mm).linear()
-                } else {
-                    coords.linear()
-                }
-            })
-            .collect();
-        let fineness: Vec<(AxisId, Fineness)> = recorded
-            .axes
-            .iter()
-            .map(|axis| (axis.axis, Fineness::of(&axis.values)))
-            .collect();
-        // A point is off by what its three coordinates are off; on machines whose joints do not go
-        // with the tool about as far.
-        let square: f64 = fineness
-            .iter()
-            .filter(|(axis, _)| axis.index() < 3)
-            .map(|(_, fineness)| {
-                let bound = fineness.bound(3 * rows);
-                bound * bound
-            })
-            .sum();
-        let joints = if recorded.of_tool && !shifted {
-            let mut columns = vec![Vec::with_capacity(rows); setup.machine.axes().len()];
-            for index in 0..rows {
-                let joints = kinematics.inverse(&row(index), &path.tool_mm)?;
-                for (column, axis) in columns.iter_mut().zip(setup.machine.axes()) {
-                    column.push(joints.0[axis.id.index()]);
-                }
-            }
-            let ids = setup.machine.axes().iter().map(|axis| axis.id);
-            ids.zip(columns)
-                .map(|(id, values)| {
-                    let fineness = Fineness::of(&values);
-                    (id, values, fineness)
-                })
-                .collect()
-        } else {
-            let values = recorded.axes.iter().map(|axis| axis.values.clone());
-            fineness
-                .iter()
-                .zip(values)
-                .map(|((id, fineness), values)| (*id, values, *fineness))
-                .collect()
-        };
-        Ok(Channels {
-            recorded,
-            points,
-            joints,
-            error_mm: square.sqrt(),
-        })
-    }
-
-    /// Holds each axis against its limits.
-    fn axes(
-        &self,
-        setup: &Setup<'_>,
-        rows: std::ops::Range<usize>,
-        blocks: &mut Blocks<'_>,
-        feet: &[Foot],
-        untold: &mut Vec<String>,
-    ) -> Vec<RecordedAxisCheck> {
-        let time_s = self.recorded.time_s.get(rows.clone()).unwrap_or_default();
-        let time_bound_s = time_bound_s(time_s);
-        let mut found = Vec::new();
-        for (id, values, fineness) in &self.joints {
-            let Some(axis) = setup.machine.axis(*id) else {
-                continue;
-            };
-            let channel = Channel {
-                time_s,
-                values: values.get(rows.clone()).unwrap_or_default(),
-                fineness: *fineness,
-                time_bound_s,
-            };
-            let unit = if axis.is_rotary() { deg(1.0) } else { 1.0 };
-            let mut limits = Vec::new();
-            let is_measured = self.recorded.kind == RecordKind::Measured;
-            let slack = if is_measured {
-                SERVO_SLACK
-            } else {
-                LIMIT_SLACK
-            };
-            // What friction and a gap do to the jerk of a load is no fault of the control.
-            let held = if is_measured { 2 } else { DERIVATIVES.len() };
-            for (order, derivative) in DERIVATIVES.into_iter().take(held).enumerate() {
-                let limit = match derivative {
-                    Derivative::Velocity => axis.limits.velocity,
-                    Derivative::Acceleration => axis.limits.acceleration,
-                    Derivative::Jerk => axis.limits.jerk,
-                };
-                // Between two commands the jerk is the interpolation's.
-                let least_s = match derivative {
-                    Derivative::Jerk => {
-                        (order + 1) as f64 * setup.machine.cycles().command().period_s()
-                    }
-                    Derivative::Velocity | Derivative::Acceleration => 0.0,
-                };
-                let order = Order(order + 1);
-                let mut worst: Option<LimitUse> = None;
-                for rate in channel.rates(order, least_s) {
-                    let Some(foot) = feet.get(rate.row) else {
-                        continue;
-                    };
-                    let is_exceeded = rate.certain() > limit * (1.0 + slack);
-                    let used = LimitUse {
-                        axis: *id,
-                        derivative,
-                        limit: limit * unit,
-                        found: rate.value.abs() * unit,
-                        plus_minus: rate.error * unit,
-                        times: rate.value.abs() / limit,
-                        over_s: rate.over_s,
-                        time_s: time_s[rate.row],
-                        block: blocks
-                            .path
-                            .pieces
-                            .get(foot.piece)
-                            .map(|piece| piece.block)
-                            .unwrap_or_default(),
-                        is_exceeded,
-                    };
-                    let more = |than: &LimitUse| rate.certain() / limit > than.certain();
-                    if worst.as_ref().is_none_or(more) {
-                        worst = Some(used.clone());
-                    }
-                    blocks.limit(foot.piece, used);
-                }
-                let least = channel
-                    .errors(order)
-                    .into_iter()
-                    .min_by(|a, b| a.1.total_cmp(&b.1));
-                if let Some((over_s, error)) =
-                    least.filter(|(_, error)| *error > TOLD_SHARE * limit)
-                {
-                    let letter = if axis.is_rotary() { "deg" } else { "mm" };
-                    untold.push(format!(
-                        "whether axis {id} keeps its {derivative} of {}: rounding and noise of the log make +-{} {letter} and s of it even over {:.0} ms",
-                        short(limit * unit),
-                        short(error * unit),
-                        1e3 * over_s,
-                    ));
-                }
-                limits.extend(worst);
-            }
-            found.push(RecordedAxisCheck {
-                axis: *id,
-                unit: if axis.is_rotary() { "deg" } else { "mm" }.to_owned(),
-                step: fineness.step * unit,
-                noise: fineness.noise * unit,
-                limits,
-            });
-        }
-        found
-    }
 }
 
 /// Three digits of a number of any size.

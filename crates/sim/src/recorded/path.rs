@@ -2,8 +2,8 @@
 
 use crate::error::SimError;
 use crate::motion::ProgrammedMove;
-use lostmotion_base::BlockRef;
 use lostmotion_base::vec::{norm, sub};
+use lostmotion_base::{BlockRef, Coords};
 use lostmotion_kinematics::JointMap;
 use lostmotion_path::Curve;
 use lostmotion_plan::PathControl;
@@ -27,13 +27,15 @@ pub(super) struct Piece {
     pub(super) tolerance_mm: Option<f64>,
 }
 
-/// All moves of a program, one behind the other.
+/// Moves of a program, one behind the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ProgrammedPath {
     pub(super) pieces: Vec<Piece>,
     pub(super) length_mm: f64,
     /// Zero of the program in machine coordinates, that of its first move, mm.
     pub(super) origin_mm: [f64; 3],
+    /// The same of all axes, mm and rad.
+    pub(super) origin: Coords,
     /// Whether curves are those of the tool's tip, on machines whose joints are another thing.
     pub(super) is_tip: bool,
     /// Tool in force, on such machines.
@@ -50,60 +52,81 @@ pub(super) struct Foot {
     pub(super) distance_mm: f64,
 }
 
-impl ProgrammedPath {
-    /// Reads the moves of a program.
-    pub(super) fn read(
-        moves: impl Iterator<Item = Result<ProgrammedMove, SimError>>,
-        map: JointMap,
-        exact_mm: f64,
-        most: usize,
-    ) -> Result<ProgrammedPath, SimError> {
-        let mut path = ProgrammedPath::default();
-        let mut is_first = true;
-        for item in moves {
-            let item = item?;
-            let motion = &item.motion;
-            if !motion.curve.moves_tip() {
-                continue;
-            }
-            if path.pieces.len() == most {
-                return Err(SimError::refused(
-                    format!("the program has more than {most} moves"),
-                    "allow more of them: they are held in memory, half a kilobyte each",
-                ));
-            }
-            let shifted = map == JointMap::Shifted || !item.is_tip;
-            if is_first {
-                path.origin_mm = item.origin_mm;
-                path.is_tip = !shifted;
-                path.tool_mm = motion.tool_mm;
-                is_first = false;
-            }
-            if path.is_tip == shifted || (path.is_tip && path.tool_mm != motion.tool_mm) {
-                return Err(SimError::refused(
-                    format!(
-                        "{}: the program changes its tool or its coordinates on a machine whose joints do not go with the tool",
-                        motion.block.span
-                    ),
-                    "check the log of each part of the program by itself",
-                ));
-            }
-            let length_mm = motion.curve.length();
-            path.pieces.push(Piece {
-                curve: motion.curve,
-                shift_mm: if shifted { motion.tool_mm } else { [0.0; 3] },
-                start_mm: path.length_mm,
-                length_mm,
-                block: motion.block,
-                rapid: item.is_rapid(),
-                tolerance_mm: match motion.control {
-                    PathControl::ExactStop | PathControl::ExactPath => Some(exact_mm),
-                    PathControl::Continuous { tolerance_mm, .. } => tolerance_mm,
-                },
-            });
-            path.length_mm += length_mm;
+/// Reads the moves of a program. On machines whose joints do not go with the tool each stretch with
+/// one tool and one kind of coordinates is a path of its own: the same joints are another place of
+/// the tool in the next one.
+pub(super) fn read(
+    moves: impl Iterator<Item = Result<ProgrammedMove, SimError>>,
+    map: JointMap,
+    exact_mm: f64,
+    most: usize,
+) -> Result<Vec<ProgrammedPath>, SimError> {
+    let mut paths: Vec<ProgrammedPath> = Vec::new();
+    let mut count = 0;
+    for item in moves {
+        let item = item?;
+        let motion = &item.motion;
+        if !motion.curve.moves_tip() {
+            continue;
         }
-        Ok(path)
+        if count == most {
+            return Err(SimError::refused(
+                format!("the program has more than {most} moves"),
+                "allow more of them: they are held in memory, half a kilobyte each",
+            ));
+        }
+        count += 1;
+        let is_tip = map != JointMap::Shifted && item.is_tip;
+        let goes_on = paths.last().is_some_and(|path| {
+            path.is_tip == is_tip && (!is_tip || path.tool_mm == motion.tool_mm)
+        });
+        if !goes_on {
+            paths.push(ProgrammedPath {
+                origin_mm: item.origin_mm,
+                origin: item.origin,
+                is_tip,
+                tool_mm: motion.tool_mm,
+                ..ProgrammedPath::default()
+            });
+        }
+        if let Some(path) = paths.last_mut() {
+            path.add(item, exact_mm);
+        }
+    }
+    Ok(paths)
+}
+
+impl ProgrammedPath {
+    /// Takes the next move.
+    fn add(&mut self, item: ProgrammedMove, exact_mm: f64) {
+        let rapid = item.is_rapid();
+        let motion = item.motion;
+        let length_mm = motion.curve.length();
+        self.pieces.push(Piece {
+            curve: motion.curve,
+            shift_mm: if self.is_tip {
+                [0.0; 3]
+            } else {
+                motion.tool_mm
+            },
+            start_mm: self.length_mm,
+            length_mm,
+            block: motion.block,
+            rapid,
+            tolerance_mm: match motion.control {
+                PathControl::ExactStop | PathControl::ExactPath => Some(exact_mm),
+                PathControl::Continuous { tolerance_mm, .. } => tolerance_mm,
+            },
+        });
+        self.length_mm += length_mm;
+    }
+
+    /// The block of a piece.
+    pub(super) fn block(&self, piece: usize) -> BlockRef {
+        self.pieces
+            .get(piece)
+            .map(|piece| piece.block)
+            .unwrap_or_default()
     }
 
     /// The piece that a place lies on.

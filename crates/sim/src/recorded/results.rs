@@ -149,9 +149,11 @@ pub struct RecordedAxisCheck {
     pub axis: AxisId,
     /// `mm` or `deg`.
     pub unit: String,
-    /// Step of its values, mm or deg; 0 where none is seen.
+    /// Step of its values, mm or deg; 0 where none is seen. Of joints that follow from positions of
+    /// the tool how far the steps of these move them at most.
     pub step: f64,
-    /// Standard deviation of their noise, mm or deg; 0 where the steps explain all.
+    /// Standard deviation of their noise, mm or deg, carried over in the same way; 0 where the steps
+    /// explain all.
     pub noise: f64,
     /// Velocity, acceleration and, of commands, jerk.
     pub limits: Vec<LimitUse>,

@@ -32,6 +32,7 @@ mod measure;
 mod memory;
 mod random_five_axis;
 mod recorded;
+mod recorded_tool;
 mod rewrite;
 mod robot_joint;
 mod sample_parts;
