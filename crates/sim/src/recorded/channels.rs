@@ -217,12 +217,7 @@ impl<'a> Channels<'a> {
                         times: rate.value.abs() / limit,
                         over_s: rate.over_s,
                         time_s: time_s[rate.row],
-                        block: blocks
-                            .path
-                            .pieces
-                            .get(foot.piece)
-                            .map(|piece| piece.block)
-                            .unwrap_or_default(),
+                        block: blocks.path.block(foot.piece),
                         is_exceeded,
                     };
                     let more = |than: &LimitUse| rate.certain() / limit > than.certain();
@@ -231,21 +226,16 @@ impl<'a> Channels<'a> {
                     }
                     blocks.limit(foot.piece, used);
                 }
-                let least = channel
-                    .errors(order)
-                    .into_iter()
-                    .min_by(|a, b| a.1.total_cmp(&b.1));
-                if let Some((over_s, error)) =
-                    least.filter(|(_, error)| *error > TOLD_SHARE * limit)
-                {
-                    let letter = if axis.is_rotary() { "deg" } else { "mm" };
-                    untold.push(format!(
+                let letter = if axis.is_rotary() { "deg" } else { "mm" };
+                let reason = hidden(&channel, order, limit).map(|(over_s, error)| {
+                    format!(
                         "whether axis {id} keeps its {derivative} of {}: rounding and noise of the log make +-{} {letter} and s of it even over {:.0} ms",
                         short(limit * unit),
                         short(error * unit),
                         1e3 * over_s,
-                    ));
-                }
+                    )
+                });
+                untold.extend(reason);
                 limits.extend(worst);
             }
             found.push(RecordedAxisCheck {
@@ -258,6 +248,16 @@ impl<'a> Channels<'a> {
         }
         found
     }
+}
+
+/// Where rounding and noise hide whether a limit is kept at every width of the stencils: the width
+/// that hides it least, s, and the error that is left there.
+fn hidden(channel: &Channel<'_>, order: Order, limit: f64) -> Option<(f64, f64)> {
+    channel
+        .errors(order)
+        .into_iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, error)| *error > TOLD_SHARE * limit)
 }
 
 /// A row of a record, mm and rad; 0 of axes that it does not have.

@@ -191,8 +191,7 @@ pub(super) fn locate(
     Ok(search.whole(found, &points, record))
 }
 
-/// Why a record has too few points: it rests, or goes so far from row to row that its values look
-/// like noise.
+/// Why a record has too few points: it rests, or goes so far from row to row that it looks like noise.
 fn few_points(points: &[Point], record: &[[f64; 3]], error_mm: f64) -> SimError {
     let ways = record.windows(2).map(|pair| norm(sub(pair[1], pair[0])));
     let way_mm = quantile(ways.collect(), 0.5);

@@ -190,6 +190,19 @@ struct Place<'a, 'r> {
 }
 
 impl OnPath<'_> {
+    /// Takes the feet of the rows of a part, behind those that it shares with the one before.
+    fn feet(&mut self, time_s: &[f64], feet: &[Foot], shared: usize) {
+        let mut before = self.tail.last().map(|foot| (self.to_s, *foot));
+        for (time_s, foot) in time_s.iter().zip(feet).skip(shared) {
+            let now = (*time_s, *foot);
+            if let Some(before) = before.replace(now) {
+                self.holes.between(before, now, self.period_s);
+            }
+            self.blocks.add(now.0, foot);
+        }
+        self.to_s = time_s.last().copied().unwrap_or(self.to_s);
+    }
+
     /// Where the next part is, whose first rows are the last ones of the part before.
     fn goes_on(&self, channels: &Channels<'_>, shared: usize) -> Located {
         let first = shared.saturating_sub(self.tail.len());
@@ -299,15 +312,8 @@ impl<'a> Record<'a> {
             }
         };
         found.blocks.error_mm = found.blocks.error_mm.max(error_mm);
-        let mut before = found.tail.last().map(|foot| (found.to_s, *foot));
-        found.to_s = time(last);
-        for (row, foot) in feet.iter().enumerate().skip(shared) {
-            let now = (time(first + row), *foot);
-            if let Some(before) = before.replace(now) {
-                found.holes.between(before, now, found.period_s);
-            }
-            found.blocks.add(now.0, foot);
-        }
+        let times = recorded.time_s.get(first..=last).unwrap_or_default();
+        found.feet(times, &feet, shared);
         let mut untold = Vec::new();
         let range = first..last + 1;
         let joints = channels.joints(self.setup, path, &found.located, range.clone())?;
