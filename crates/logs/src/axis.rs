@@ -3,7 +3,7 @@
 use crate::clocks::Track;
 use crate::collect::{Part, collect};
 use crate::error::LogError;
-use crate::motion::{Spike, held, jumps, spikes, unwrap, wrap};
+use crate::motion::{held, jumps, say_spikes, spikes, unwrap, wrap};
 use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign};
 use crate::source::{Format, Header, ReadOptions};
@@ -401,7 +401,12 @@ fn mend(
         if found.is_empty() || is_wrap() {
             continue;
         }
-        off.extend(say_spikes(&found, track, assigned[place].role, said));
+        off.extend(say_spikes(
+            &found,
+            track,
+            &format!("the {}", assigned[place].role),
+            said,
+        ));
     }
     off.sort_unstable();
     off.dedup();
@@ -443,32 +448,6 @@ fn mend(
         ));
         track.keep(from..to);
     }
-}
-
-/// Says which rows are off, and returns them.
-fn say_spikes(found: &[Spike], track: &Track, role: Role, said: &mut Vec<String>) -> Vec<usize> {
-    let first = found.first().map(|spike| {
-        format!(
-            "{} {}: the {role}'s position is off by {:.4} and comes back",
-            track.counted,
-            track.line.get(spike.row).copied().unwrap_or_default(),
-            spike.size
-        )
-    });
-    let rows: Vec<usize> = found
-        .iter()
-        .flat_map(|spike| spike.row..spike.row + spike.rows)
-        .collect();
-    let more = match found.len() {
-        1 => String::new(),
-        several => format!(", and {} times more", several - 1),
-    };
-    let left = match rows.len() {
-        1 => "1 row is left out".to_owned(),
-        several => format!("{several} rows are left out"),
-    };
-    said.extend(first.map(|first| format!("{first}{more}: {left}")));
-    rows
 }
 
 /// What is wrong with a drive signal without its sign; `None` of one that has it.

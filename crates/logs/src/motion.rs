@@ -1,6 +1,7 @@
 //! Flaws of a recorded position: counters that wrap, places that jump, values that are off for a few rows,
 //! values that are held.
 
+use crate::clocks::Track;
 use lostmotion_base::math::quantile;
 
 /// Neighbours on either side that a step is held against.
@@ -151,6 +152,37 @@ pub(crate) fn spikes(values: &[f64]) -> Vec<Spike> {
         }
     }
     found
+}
+
+/// Says which rows are off, and returns them.
+pub(crate) fn say_spikes(
+    found: &[Spike],
+    track: &Track,
+    what: &str,
+    said: &mut Vec<String>,
+) -> Vec<usize> {
+    let first = found.first().map(|spike| {
+        format!(
+            "{} {}: {what}'s position is off by {:.4} and comes back",
+            track.counted,
+            track.line.get(spike.row).copied().unwrap_or_default(),
+            spike.size
+        )
+    });
+    let rows: Vec<usize> = found
+        .iter()
+        .flat_map(|spike| spike.row..spike.row + spike.rows)
+        .collect();
+    let more = match found.len() {
+        1 => String::new(),
+        several => format!(", and {} times more", several - 1),
+    };
+    let left = match rows.len() {
+        1 => "1 row is left out".to_owned(),
+        several => format!("{several} rows are left out"),
+    };
+    said.extend(first.map(|first| format!("{first}{more}: {left}")));
+    rows
 }
 
 /// The period of a counter that wraps: all jumps have its size, there are some of either sign or it

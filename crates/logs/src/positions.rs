@@ -4,7 +4,7 @@ use crate::axis::{DEFAULT_ROWS, FEWEST_ROWS};
 use crate::clocks::Track;
 use crate::collect::{Collector, Part};
 use crate::error::LogError;
-use crate::motion::{Jump, held, jumps, unwrap, wrap};
+use crate::motion::{Jump, Spike, held, jumps, say_spikes, spikes, unwrap, wrap};
 use crate::reader::LogReader;
 use crate::roles::{Assigned, ColumnSpec, Role, assign_told};
 use crate::source::{Format, Header, ReadOptions};
@@ -97,8 +97,9 @@ pub struct PositionLog {
 /// messages.
 ///
 /// Channels of different clocks are brought to the slowest one, values that a slower clock holds are
-/// taken once, angles that wrap at a turn are added up. A place that jumps is left as it is and
-/// said: in a log of commands it is a fault of the control.
+/// taken once, angles that wrap at a turn are added up. Up to three rows in which an axis is off and
+/// comes back are left out and said. A place that jumps and stays is left as it is and said: in a
+/// log of commands it is a fault of the control.
 ///
 /// ```
 /// use lostmotion_base::AxisId;
@@ -190,6 +191,7 @@ impl<'a> PositionParts<'a> {
         let kind = assign_named(name, &header, options, &mut assigned, &mut said)?;
         assigned.sort_by_key(|other| other.role);
         check_needed(name, &header, &assigned, &options.needed)?;
+        said.extend(second_motors(&header, &assigned));
         let (factors, angles) = factors(name, &header, &assigned, options.unit, &mut said)?;
         let channels: Vec<usize> = assigned.iter().map(|other| other.channel).collect();
         reader.select(&channels);
@@ -267,10 +269,13 @@ impl<'a> PositionParts<'a> {
             let hint = format!("at least {FEWEST_ROWS} are needed");
             return Err(LogError::file(&self.name, what, hint));
         }
-        let shared = self.tail.len();
+        let mut shared = self.tail.len();
         let mut whole = std::mem::take(&mut self.tail);
         whole.counted = track.counted;
         whole.append(track);
+        let off = self.rows_off(&whole, &mut said);
+        whole.leave_out(&off);
+        shared -= off.partition_point(|row| *row < shared);
         let rest = whole.len().saturating_sub(self.shared_rows);
         self.tail = whole.clone();
         self.tail.keep(rest..whole.len());
@@ -299,6 +304,38 @@ impl<'a> PositionParts<'a> {
             said,
         };
         Ok(Some((log, shared)))
+    }
+
+    /// Rows where an axis is off and comes back, in order, and says so. They are left out, as out of
+    /// logs of one axis.
+    fn rows_off(&self, track: &Track, said: &mut Vec<String>) -> Vec<usize> {
+        let mut off: Vec<usize> = Vec::new();
+        for ((other, &is_angle), column) in
+            self.assigned.iter().zip(&self.angles).zip(&track.columns)
+        {
+            let found = spikes(column);
+            // At its ends an angle that wraps may toggle.
+            let is_wrap = || {
+                let jumps = jumps(&track.time_s, column);
+                is_angle && wrap(column, &jumps, &[TAU], 1.0).is_some()
+            };
+            if found.is_empty() || is_wrap() {
+                continue;
+            }
+            let unit = if is_angle { 1_f64.to_degrees() } else { 1.0 };
+            let shown: Vec<Spike> = found
+                .into_iter()
+                .map(|spike| Spike {
+                    size: spike.size * unit,
+                    ..spike
+                })
+                .collect();
+            let what = format!("axis {}", other.role);
+            off.extend(say_spikes(&shown, track, &what, said));
+        }
+        off.sort_unstable();
+        off.dedup();
+        off
     }
 
     /// Adds up turns, and says where a place jumps behind the shared rows.
@@ -361,6 +398,36 @@ fn held_rows(track: &Track) -> (usize, usize) {
         .map(|values| held(values))
         .min_by_key(|(step, _)| *step)
         .unwrap_or((1, 0))
+}
+
+/// Says of columns as `y2_mm` or `cmd_y2` that they are left out: an axis has one position.
+fn second_motors(header: &Header, assigned: &[Assigned]) -> Option<String> {
+    let is_motor = |word: &str| {
+        let (letter, number) = word.split_at_checked(1).unwrap_or_default();
+        let axis = letter.chars().next().and_then(AxisId::from_letter);
+        let is_numbered = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        is_numbered
+            && assigned
+                .iter()
+                .any(|other| axis.map(Role::Axis) == Some(other.role))
+    };
+    let names: Vec<String> = header
+        .channels
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| !assigned.iter().any(|other| other.channel == *place))
+        .filter(|(_, channel)| {
+            let name = stem(&channel.name).to_lowercase();
+            name.split(['_', ' ', '-', '.']).any(is_motor)
+        })
+        .map(|(_, channel)| format!("`{}`", channel.name))
+        .collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "left out, as an axis has one position here: {}",
+            shortened(&names.join(", "), LONGEST_SHOWN)
+        )
+    })
 }
 
 /// Refuses a log without an axis that is needed, or without any.

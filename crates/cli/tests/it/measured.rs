@@ -276,6 +276,28 @@ fn limits_and_tolerance_that_are_exceeded_are_named_with_their_block() {
     assert!(bench.expect(0, &measured).contains("measured positions"));
 }
 
+/// A beam that two motors drive has one position in the check; a single row that is off is left out.
+#[test]
+fn a_second_motor_is_not_told_and_a_row_that_is_off_is_left_out() {
+    let bench = Bench::new();
+    bench.file("part.ngc", PART);
+    let plan = [
+        "plan", "part.ngc", "-m", "gantry3", "--out", "log.csv", "-q",
+    ];
+    bench.expect(0, &plan);
+    let mut text = "t_s,x_mm,y_mm,z_mm,y2_mm\n".to_owned();
+    for (row, [t, x, y, z]) in rows(&bench).into_iter().enumerate() {
+        let off = if row == 1000 { 5.0 } else { 0.0 };
+        text += &format!("{t},{x},{},{z},{y}\n", y + off);
+    }
+    bench.file("two.csv", &text);
+    let said = bench.expect(0, &["check-log", "two.csv", "part.ngc", "-m", "gantry3"]);
+    assert!(
+        said.contains("not told: what the second motor of axis Y does"),
+        "{said}"
+    );
+}
+
 #[test]
 fn logs_that_cannot_be_checked_are_refused() {
     let bench = bench();

@@ -145,6 +145,43 @@ fn jumps_stay_and_are_said() {
     );
 }
 
+/// One row of Y is 5 mm off and back, and two of X: they are left out and said, whole and in parts.
+#[test]
+fn rows_that_are_off_and_come_back_are_left_out() {
+    let mut text = "t_s,x_mm,y_mm,y2_mm\n".to_owned();
+    for row in 0..1000 {
+        let t = f64::from(row) * 1e-3;
+        let (x, y) = (40.0 * (3.0 * t).sin(), 25.0 * (2.0 * t).cos());
+        let off_x = if [700, 701].contains(&row) { -2.0 } else { 0.0 };
+        let off_y = if row == 295 { 5.0 } else { 0.0 };
+        text += &format!("{t:.3},{:.6},{:.6},{y:.6}\n", x + off_x, y + off_y);
+    }
+    let log = read(&text, &options(&[])).unwrap();
+    let said = log.said.join("\n");
+    for part in [
+        "line 702: axis x's position is off by -1.9997",
+        "and comes back: 2 rows are left out",
+        "line 297: axis y's position is off by 5.0",
+        "and comes back: 1 row is left out",
+        "left out, as an axis has one position here: `y2_mm`",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert_eq!(log.time_s.len(), 997);
+    let kept = |time: &f64| {
+        ![0.295, 0.7, 0.701]
+            .iter()
+            .any(|off| (time - off).abs() < 1e-6)
+    };
+    assert!(log.time_s.iter().all(kept));
+    let mut parts = PositionParts::new(text.as_bytes(), "log", &options(&[]), 300, 50).unwrap();
+    let mut time_s = Vec::<f64>::new();
+    while let Some((part, shared)) = parts.next_part().unwrap() {
+        time_s.extend(&part.time_s[shared..]);
+    }
+    assert_eq!(time_s, log.time_s);
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let refused = |text: &str, columns: &[&str], part: &str| {

@@ -47,7 +47,7 @@ pub(super) struct Channels<'a> {
 }
 
 /// Positions of a joint on the rows that are on the path, mm or rad.
-pub(super) struct Joint {
+pub(super) struct JointColumn {
     axis: AxisId,
     values: Vec<f64>,
     fineness: Fineness,
@@ -109,12 +109,12 @@ impl<'a> Channels<'a> {
         path: &ProgrammedPath,
         located: &Located,
         rows: Range<usize>,
-    ) -> Result<Vec<Joint>, SimError> {
+    ) -> Result<Vec<JointColumn>, SimError> {
         let recorded = self.recorded;
         if !(recorded.of_tool && path.is_tip) {
             let columns = recorded.axes.iter().zip(&self.fineness);
             let joint =
-                |(axis, (_, fineness)): (&super::RecordedAxis, &(AxisId, Fineness))| Joint {
+                |(axis, (_, fineness)): (&super::RecordedAxis, &(AxisId, Fineness))| JointColumn {
                     axis: axis.axis,
                     values: axis.values.get(rows.clone()).unwrap_or_default().to_vec(),
                     fineness: *fineness,
@@ -135,11 +135,11 @@ impl<'a> Channels<'a> {
             Ok(joints)
         };
         let fineness = carried(recorded, &self.fineness, rows.clone(), &inverse)?;
-        let mut joints: Vec<Joint> = setup
+        let mut joints: Vec<JointColumn> = setup
             .machine
             .axes()
             .iter()
-            .map(|axis| Joint {
+            .map(|axis| JointColumn {
                 axis: axis.id,
                 values: Vec::with_capacity(rows.len()),
                 fineness: fineness[axis.id.index()],
@@ -158,7 +158,7 @@ impl<'a> Channels<'a> {
     pub(super) fn axes(
         &self,
         setup: &Setup<'_>,
-        joints: &[Joint],
+        joints: &[JointColumn],
         rows: Range<usize>,
         blocks: &mut Blocks<'_>,
         feet: &[Foot],

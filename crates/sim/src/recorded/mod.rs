@@ -181,7 +181,7 @@ struct OnPath<'a> {
 }
 
 /// Where a part of a record was found: its path, which one of the program's, and its columns.
-struct Place<'a, 'r> {
+struct FoundPart<'a, 'r> {
     path: &'a ProgrammedPath,
     section: usize,
     channels: Channels<'r>,
@@ -265,7 +265,7 @@ impl<'a> Record<'a> {
                 Err(error) => return Err(error.into()),
             },
             Some(found) => {
-                let place = Place {
+                let place = FoundPart {
                     path: found.path,
                     section: found.section,
                     channels: Channels::new(self.setup, recorded, found.path)?,
@@ -341,7 +341,7 @@ impl<'a> Record<'a> {
 
     /// Looks for a part in each path of the program, at first in coordinates that are known. The
     /// path that has most of its rows counts, of equal ones the first.
-    fn find<'r>(&self, recorded: &'r Recorded) -> Result<(Place<'a, 'r>, Located), Unfound> {
+    fn find<'r>(&self, recorded: &'r Recorded) -> Result<(FoundPart<'a, 'r>, Located), Unfound> {
         let passes: &[bool] = match (self.paths, self.options.shifted) {
             ([_], shifted) => &[shifted],
             (_, true) => &[false, true],
@@ -349,14 +349,14 @@ impl<'a> Record<'a> {
         };
         let mut unfound = None;
         for &shifted in passes {
-            let mut found: Vec<(Place<'a, 'r>, Located)> = Vec::new();
+            let mut found: Vec<(FoundPart<'a, 'r>, Located)> = Vec::new();
             let mut longest_mm = 0.0;
             for (section, path) in self.paths.iter().enumerate() {
                 let channels = Channels::new(self.setup, recorded, path)?;
                 match locate(path, &channels.points, channels.error_mm, shifted) {
                     Ok(located) => {
                         let others = located.others.iter();
-                        let place = Place {
+                        let place = FoundPart {
                             path,
                             section,
                             channels,
@@ -372,7 +372,8 @@ impl<'a> Record<'a> {
                     Err(_) => {}
                 }
             }
-            let rows = |(_, located): &(Place<'_, '_>, Located)| located.rows.1 - located.rows.0;
+            let rows =
+                |(_, located): &(FoundPart<'_, '_>, Located)| located.rows.1 - located.rows.0;
             let most = found.iter().map(rows).max().unwrap_or_default();
             found.retain(|one| rows(one) * 100 >= most * 98);
             let mut found = found.into_iter();
