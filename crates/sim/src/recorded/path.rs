@@ -90,7 +90,7 @@ pub(super) fn read(
             });
         }
         if let Some(path) = paths.last_mut() {
-            path.add(item, exact_mm);
+            path.add(&item, exact_mm);
         }
     }
     Ok(paths)
@@ -98,9 +98,9 @@ pub(super) fn read(
 
 impl ProgrammedPath {
     /// Takes the next move.
-    fn add(&mut self, item: ProgrammedMove, exact_mm: f64) {
+    fn add(&mut self, item: &ProgrammedMove, exact_mm: f64) {
         let rapid = item.is_rapid();
-        let motion = item.motion;
+        let motion = &item.motion;
         let length_mm = motion.curve.length();
         self.pieces.push(Piece {
             curve: motion.curve,
