@@ -52,7 +52,6 @@ pub mod log;
 pub mod motor_only;
 mod plausible;
 pub mod result;
-mod rounding;
 pub mod settings;
 pub mod solver;
 pub mod spread;

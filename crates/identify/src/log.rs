@@ -19,14 +19,10 @@ pub struct BacklashLog {
     lost: Vec<bool>,
     /// Smallest step that the motor's and the load's position makes, rad.
     steps_rad: [f64; 2],
-    /// The same where the column certainly is read in steps, else zero.
-    rounded_rad: [f64; 2],
     /// How the load was off the motor, where that was taken off.
     load_off: Option<LoadOff>,
-    /// What fits found the load to be read later than the motor, and took off beside that, s.
+    /// What a fit found the load to be read later than the motor, and took off, s.
     late_s: f64,
-    /// How large a scale of the load may be that was not taken off, in parts of the travel.
-    unseen_scale: f64,
 }
 
 impl BacklashLog {
@@ -74,7 +70,6 @@ impl BacklashLog {
             }
         }
         let steps_rad = [smallest_step(&motor), smallest_step(&load)];
-        let rounded_rad = [rounding_step(&motor), rounding_step(&load)];
         Ok(Self {
             period_s,
             motor,
@@ -82,10 +77,8 @@ impl BacklashLog {
             current,
             lost: Vec::new(),
             steps_rad,
-            rounded_rad,
             load_off: None,
             late_s: 0.0,
-            unseen_scale: 0.0,
         })
     }
 
@@ -186,11 +179,10 @@ impl BacklashLog {
     /// The same with the load put right where its lengths or its clock are certainly not the motor's.
     pub(crate) fn put_right(&self) -> Self {
         let mut log = self.clone();
-        let looked = self
+        if let Some(right) = self
             .pair()
-            .put_right(&Motion::in_positions(&self.motor, self.period_s));
-        log.unseen_scale = looked.unseen_scale;
-        if let Some(right) = looked.right {
+            .put_right(&Motion::in_positions(&self.motor, self.period_s))
+        {
             (log.load, log.lost, log.load_off) = (right.load, right.lost, Some(right.off));
         }
         log
@@ -210,19 +202,9 @@ impl BacklashLog {
         }
     }
 
-    /// What fits found the load to be read later than the motor, and took off beside [`Self::load_off`], s.
+    /// What a fit found the load to be read later than the motor, and took off, s.
     pub(crate) fn late_s(&self) -> f64 {
         self.late_s
-    }
-
-    /// How much later than the motor the load was read before anything was taken off, s.
-    pub(crate) fn all_late_s(&self) -> f64 {
-        self.late_s + self.load_off.map_or(0.0, |off| off.late_s)
-    }
-
-    /// How large a scale of the load may be that was not taken off, in parts of the travel.
-    pub(crate) fn unseen_scale(&self) -> f64 {
-        self.unseen_scale
     }
 
     /// How the load was off the motor; `None` where nothing was taken off.
@@ -243,47 +225,14 @@ impl BacklashLog {
         square.sqrt()
     }
 
-    /// Steps that motor and load are read in, rad; zero where they are in none.
-    pub(crate) fn rounded_rad(&self) -> [f64; 2] {
-        self.rounded_rad
-    }
-
     /// Smallest step that the motor's position makes, rad; zero where it stands.
     pub(crate) fn motor_step_rad(&self) -> f64 {
         self.steps_rad[0]
     }
 }
 
-/// Changes from row to row of more than one step that show that a column is read in steps. A choice: one of one
-/// steady speed changes by the same in all rows but those of its reversals.
-const LEAST_MULTIPLES: usize = 20;
-/// How far such a change may be off a multiple, in steps. A choice: numbers have so many digits.
-const OFF_MULTIPLE: f64 = 0.02;
-
-/// The step that a column is read in: its smallest one, where larger changes are multiples of it; else zero.
-pub(crate) fn rounding_step(column: &[f64]) -> f64 {
-    let step = smallest_step(column);
-    if step <= 0.0 {
-        return 0.0;
-    }
-    let (mut multiples, mut larger) = (0, 0);
-    for pair in column.windows(2) {
-        let steps = (pair[1] - pair[0]).abs() / step;
-        if steps > 1.0 + OFF_MULTIPLE {
-            larger += 1;
-            multiples += usize::from((steps - steps.round()).abs() < OFF_MULTIPLE);
-        }
-    }
-    // By chance one in twenty-five would be.
-    if multiples >= LEAST_MULTIPLES && 2 * multiples > larger {
-        step
-    } else {
-        0.0
-    }
-}
-
 /// The smallest step that a column makes, taken for one count; zero where it is constant.
-pub(crate) fn smallest_step(column: &[f64]) -> f64 {
+fn smallest_step(column: &[f64]) -> f64 {
     let step = column
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())

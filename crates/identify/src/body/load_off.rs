@@ -36,8 +36,6 @@ const CERTAINLY: f64 = 2.0;
 /// What it makes of the difference of motor and load, in parts of that difference's span, from which on it
 /// matters. A choice.
 pub(crate) const MATTERS_SHARE: f64 = 0.02;
-/// The same of the scale, whose interval is narrow: a choice, about what intervals of large gaps are wide.
-const SCALE_MATTERS_SHARE: f64 = 0.004;
 /// Least lateness that is told, s. A choice: a row of an ordinary log is twice that.
 const LEAST_LATE_S: f64 = LATENESS_S;
 /// How far lateness may be off beside its scatter, s: viscous friction winds up the softest shafts as if the load
@@ -78,15 +76,6 @@ pub(crate) struct Pair<'a> {
     pub(crate) lost: &'a [bool],
 }
 
-/// A load that has been looked at.
-pub(crate) struct Looked {
-    /// The load put right; `None` where it certainly is not off, or that cannot be told.
-    pub(crate) right: Option<PutRight>,
-    /// How large a scale may be that was not taken off, either way, in parts of the travel; zero where one was,
-    /// and where the motion does not tell it.
-    pub(crate) unseen_scale: f64,
-}
-
 /// A load that has been put right.
 pub(crate) struct PutRight {
     pub(crate) off: LoadOff,
@@ -95,13 +84,12 @@ pub(crate) struct PutRight {
 }
 
 impl Pair<'_> {
-    /// Finds how the load is off and takes it off where that is certain and matters.
-    pub(crate) fn put_right(&self, motion: &Motion) -> Looked {
+    /// Finds how the load is off and takes it off; `None` where it certainly is not, or it cannot be told.
+    pub(crate) fn put_right(&self, motion: &Motion) -> Option<PutRight> {
         let mut off = LoadOff::default();
         let mut right: Option<PutRight> = None;
-        let mut unseen_scale = 0.0;
         for _ in 0..ROUNDS {
-            let (found, unseen) = match &right {
+            let found = match &right {
                 None => self.find(motion),
                 Some(before) => Pair {
                     load: &before.load,
@@ -110,9 +98,6 @@ impl Pair<'_> {
                 }
                 .find(motion),
             };
-            if off.scale == 0.0 {
-                unseen_scale = unseen;
-            }
             if found == LoadOff::default() {
                 break;
             }
@@ -120,15 +105,11 @@ impl Pair<'_> {
             let (load, lost) = self.without(&off);
             right = Some(PutRight { off, load, lost });
         }
-        Looked {
-            right,
-            unseen_scale,
-        }
+        right
     }
 
-    /// How the load is off where that is certain and matters, and how large a scale may be that is not among it.
-    fn find(&self, motion: &Motion) -> (LoadOff, f64) {
-        let none = (LoadOff::default(), 0.0);
+    fn find(&self, motion: &Motion) -> LoadOff {
+        let none = LoadOff::default();
         let difference: Vec<f64> = self
             .motor
             .iter()
@@ -165,40 +146,26 @@ impl Pair<'_> {
         let Some(fit) = squares.solve(&used) else {
             return none;
         };
-        // Lateness of 0.3 ms at 300 mm/s makes more than most gaps: a scale that hides beside it matters all the
-        // same.
-        let left = self.without_part(&difference, motion, [fit.x[PLACE], fit.x[SPEED]]);
-        let width = span(&difference).min(span(&left));
-        let is_told = |at: usize, size: f64, floor: f64, share: f64| {
+        let span = |values: Vec<f64>| quantile(values.clone(), 0.99) - quantile(values, 0.01);
+        let least = MATTERS_SHARE * span(difference);
+        let is_told = |at: usize, size: f64, floor: f64| {
             let figure = fit.figures[at];
             let half = 0.5 * (figure.interval[1] - figure.interval[0]);
             used[at]
                 && figure.value.abs() > CERTAINLY * half
                 && figure.value.abs() > floor
-                && figure.value.abs() * size > share * width
+                && figure.value.abs() * size > least
         };
-        let (mut off, mut unseen) = none;
-        let [low, high] = fit.figures[PLACE].interval;
-        if is_told(PLACE, span(self.motor), 0.0, SCALE_MATTERS_SHARE) {
+        let mut off = none;
+        if is_told(PLACE, span(self.motor.to_vec()), 0.0) {
+            let [low, high] = fit.figures[PLACE].interval;
             (off.scale, off.scale_interval) = (-fit.x[PLACE], [-high, -low]);
-        } else if used[PLACE] {
-            unseen = low.abs().max(high.abs());
         }
-        if is_told(SPEED, motion.top_speed, LEAST_LATE_S, MATTERS_SHARE) {
+        if is_told(SPEED, motion.top_speed, LEAST_LATE_S) {
             let late = fit.figures[SPEED].widened(WIND_UP_S);
             (off.late_s, off.late_interval_s) = (late.value, late.interval);
         }
-        (off, unseen)
-    }
-
-    /// The position difference less what so much for each unit of place and of speed makes of it.
-    fn without_part(&self, difference: &[f64], motion: &Motion, of: [f64; 2]) -> Vec<f64> {
-        let half = motion.half;
-        let rates = Rates::new(self.motor, half, self.period_s);
-        let inner = half..self.motor.len().saturating_sub(half);
-        inner
-            .map(|at| difference[at] - of[0] * self.motor[at] - of[1] * rates.velocity(at))
-            .collect()
+        off
     }
 
     /// Rows of each stretch in which the motor drives the load one way, with its first sample.
@@ -280,16 +247,6 @@ impl Pair<'_> {
 }
 
 impl LoadOff {
-    /// The same with the lateness of another.
-    #[must_use]
-    pub(crate) fn read_as(self, late: &LoadOff) -> LoadOff {
-        LoadOff {
-            late_s: late.late_s,
-            late_interval_s: late.late_interval_s,
-            ..self
-        }
-    }
-
     /// What is found of a load that has already been put right by this.
     fn and(&self, more: &LoadOff) -> LoadOff {
         let add = |value: f64, interval: [f64; 2], by: f64, of: [f64; 2]| {
@@ -319,11 +276,6 @@ impl LoadOff {
             late_interval_s,
         }
     }
-}
-
-/// Width of a column without its outer hundredths.
-fn span(values: &[f64]) -> f64 {
-    quantile(values.to_vec(), 0.99) - quantile(values.to_vec(), 0.01)
 }
 
 /// Whether the other columns leave enough of one.

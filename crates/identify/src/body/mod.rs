@@ -14,7 +14,6 @@
 //! acceleration needs no filter of its own. Intervals come from the scatter between blocks of the
 //! log.
 
-mod followed;
 mod identified;
 pub(crate) mod load_off;
 pub mod lost;
@@ -38,7 +37,6 @@ pub use times::times_go_with;
 
 use crate::error::FitError;
 use crate::even::EvenGrid;
-use crate::log::rounding_step;
 use crate::settings::LATENESS_S;
 use serde::Serialize;
 
@@ -125,10 +123,6 @@ pub struct BodyLog {
     load_off: Option<LoadOff>,
     /// How much later or earlier than the motor's the load may be read where the log does not tell it, s.
     lateness_s: f64,
-    /// How large a scale of the load may be that was not taken off, in parts of the travel.
-    unseen_scale: f64,
-    /// Smallest steps of motor and load.
-    steps: [f64; 2],
 }
 
 impl BodyLog {
@@ -157,7 +151,6 @@ impl BodyLog {
             return Err(FitError::Empty);
         }
         let grid = EvenGrid::new(time_s)?;
-        let steps = [rounding_step(&motor), rounding_step(&load)];
         if grid.even {
             return Ok(BodyLog {
                 period_s: grid.period_s,
@@ -169,8 +162,6 @@ impl BodyLog {
                 missing_rows: 0,
                 load_off: None,
                 lateness_s: LATENESS_S,
-                unseen_scale: 0.0,
-                steps,
             });
         }
         let smooth = |column: &[f64]| {
@@ -194,8 +185,6 @@ impl BodyLog {
             lost: grid.lost,
             load_off: None,
             lateness_s: LATENESS_S,
-            unseen_scale: 0.0,
-            steps,
         })
     }
 
@@ -206,36 +195,21 @@ impl BodyLog {
         if self.load.is_empty() {
             return self;
         }
-        let looked = self.pair().put_right(motion);
-        self.unseen_scale = looked.unseen_scale;
-        if let Some(right) = looked.right {
+        if let Some(right) = self.pair().put_right(motion) {
             (self.load, self.lost, self.load_off) = (right.load, right.lost, Some(right.off));
         }
         self
     }
 
-    /// The same with what [`fit_backlash`](crate::fit_backlash) found of how the load of the same rows is off taken
-    /// off, too: lateness and scale each where they were not taken off already.
+    /// The same with lateness of the load taken off that [`fit_backlash`](crate::fit_backlash) found of the same
+    /// rows; as it is where its load was put right already.
     #[must_use]
     pub fn with_late_taken_off(mut self, off: LoadOff) -> BodyLog {
-        if self.load.len() != self.motor.len() {
+        if self.load.len() != self.motor.len() || self.load_off.is_some() || off.late_s == 0.0 {
             return self;
         }
-        let before = self.load_off.unwrap_or_default();
-        let (mut rest, mut all) = (LoadOff::default(), before);
-        if before.late_s == 0.0 && off.late_s != 0.0 {
-            rest.late_s = off.late_s;
-            all = all.read_as(&off);
-        }
-        if before.scale == 0.0 && off.scale != 0.0 {
-            rest.scale = off.scale;
-            (all.scale, all.scale_interval) = (off.scale, off.scale_interval);
-            self.unseen_scale = 0.0;
-        }
-        if all != before {
-            (self.load, self.lost) = self.pair().without(&rest);
-            self.load_off = Some(all);
-        }
+        (self.load, self.lost) = self.pair().without(&off);
+        self.load_off = Some(off);
         self
     }
 
@@ -308,7 +282,7 @@ fn with_bends(column: &[f64], part: f64) -> Vec<f64> {
 }
 
 /// Averages with a triangular window of `2 half` samples, with sums that are made once.
-pub(crate) struct Averages {
+struct Averages {
     half: usize,
     /// Sums of the column up to each sample, and sums of those.
     twice: Vec<f64>,
@@ -317,7 +291,7 @@ pub(crate) struct Averages {
 }
 
 impl Averages {
-    pub(crate) fn new(column: &[f64], half: usize) -> Averages {
+    fn new(column: &[f64], half: usize) -> Averages {
         Averages::between(column, half, 1.0)
     }
 
@@ -338,7 +312,7 @@ impl Averages {
 
     /// Average around sample `at`, which is at least `half` from either end: weights
     /// `(half - |j|) / half^2`.
-    pub(crate) fn mean(&self, at: usize) -> f64 {
+    fn mean(&self, at: usize) -> f64 {
         let (h, s) = (self.half, &self.twice);
         // The second difference of the double sum is the triangle.
         (s[at + h] - 2.0 * s[at] + s[at - h]) / (h * h) as f64 + self.base

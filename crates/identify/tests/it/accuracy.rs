@@ -35,7 +35,7 @@ fn half_gap_within_a_tenth_of_a_percent() {
                 "{positive}"
             );
             assert!(
-                (fit.compliance_rad_per_nm * rig.stiffness - 1.0).abs() < 2e-3,
+                (fit.compliance_rad_per_nm * rig.stiffness - 1.0).abs() < 1e-3,
                 "{}",
                 fit.compliance_rad_per_nm
             );

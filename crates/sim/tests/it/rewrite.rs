@@ -63,11 +63,11 @@ fn programs_of_fanuc_keep_their_head_and_macros() {
         "{new}"
     );
     for kept in [
-        "\n#100=5*2\nG5.1 Q1\nN20G0X0.Y0.Z5.02\n",
+        "\n#100=5*2\nG5.1 Q1\nN20G0X-0.48Y-0.48Z5.48\n",
         "\n/2 N30 M8\n",
-        "\nN40G1X30.02Y0.F900(cut)\n",
+        "\nN40G1X30.02Y0.02F900(cut)\n",
         // An exponent is part of its number.
-        "\nN50G1 X30.02Y20.02\n",
+        "\nN50X30.02Y20.02\n",
         "\nG1X-0.52",
         " ; odd (not closed\n",
         "\nM30\n%\nG91 ( garbage\n",
@@ -101,12 +101,12 @@ fn lines_of_printers_keep_their_checksums_and_texts() {
             "\nG1 E-.8 F2100\n",
             "\nM84 ; end\n",
             // A printer's line has its code first.
-            "\nN5 G1 x30.02 y20.02 e1\n",
+            "\nN5 x30.02 y20.02 e1\n",
             "\nG1X-0.02Y20.02E1.5\n",
         ] {
             assert!(new.contains(kept), "{kept}: {new}");
         }
-        let changed = line("N4 G1 X30.02 Y0. E.5 F1200");
+        let changed = line("N4 G1 X30.02 Y0.02 E.5 F1200");
         assert!(new.contains(&changed), "{changed}: {new}");
     }
 }
