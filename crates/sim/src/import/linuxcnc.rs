@@ -244,11 +244,14 @@ fn unit<T: Copy>(ini: &Ini, key: &'static str, names: &UnitNames<T>) -> Result<T
     };
     let counted = entry.value.parse::<f64>().ok();
     let found = names.iter().find(|(all, count, _)| {
-        all.iter().any(|name| name.eq_ignore_ascii_case(&entry.value))
+        all.iter()
+            .any(|name| name.eq_ignore_ascii_case(&entry.value))
             || counted.is_some_and(|it| (it / count - 1.0).abs() < NEAR)
     });
     found.map(|found| found.2).ok_or_else(|| {
-        let known = names.iter().map(|(all, count, _)| format!("{} ({count:.6})", all.join(", ")));
+        let known = names
+            .iter()
+            .map(|(all, count, _)| format!("{} ({count:.6})", all.join(", ")));
         problem(
             entry.line,
             &entry.name(),
@@ -263,7 +266,10 @@ fn units(ini: &Ini, draft: &mut Draft, problems: &mut Vec<Problem>) -> Units {
     let mut told = |found: Result<(), Problem>| problems.extend(found.err());
     // The interpreter starts in the machine's units (LinuxCNC, Interp::init).
     told(unit(ini, "LINEAR_UNITS", LENGTHS).map(|unit| {
-        if let Some(entry) = ini.first(&["TRAJ"], "LINEAR_UNITS").filter(|_| unit == Length::Inch) {
+        if let Some(entry) = ini
+            .first(&["TRAJ"], "LINEAR_UNITS")
+            .filter(|_| unit == Length::Inch)
+        {
             draft.control_units = (unit, entry.name());
         }
     }));
