@@ -130,7 +130,7 @@ pub(super) fn one_setting(set: &Machine, counting: &Counting) -> Option<String> 
 pub(super) fn told(machine: &Machine, wanted: &RecommendOptions, counting: &Counting) -> Machine {
     let mut told = machine.map_axes(|config| {
         let mut config = config.clone();
-        let is_rotary = config.transmission.unit() != AxisUnit::Mm;
+        let is_rotary = is_rotary(&config);
         let least = units(&config, is_rotary, config.reflected_load().gap_rad)
             * (1.0 - uncertainty(&config, wanted.gap_uncertainty));
         config.compensation.tell_gap(gap_of(least, is_rotary));
@@ -189,15 +189,11 @@ pub(super) fn axes(set: &Machine, counting: &Counting) -> Vec<ToldAxis> {
         let first = (axis.id.to_string(), axis.config.clone());
         for (name, config) in std::iter::once(first).chain(second) {
             let is_rotary = axis.is_rotary();
-            let told = config.compensation.fixed.gap;
-            let per_unit = config.transmission.motor_rad_per_unit();
-            let units = told.map_or(0.0, |gap| gap.motor_rad(&config.transmission) / per_unit);
-            let turns = config.transmission.unit() == AxisUnit::Rad;
             all.push(ToldAxis {
                 id: axis.id,
                 name,
                 is_rotary,
-                gap: if turns { deg(units) } else { units },
+                gap: told_gap(&config).unwrap_or(0.0),
                 velocity,
                 acceleration,
                 config,
