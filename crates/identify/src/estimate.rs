@@ -53,6 +53,8 @@ pub(crate) struct EstimateJob<'a> {
 pub(crate) struct Estimate {
     pub(crate) coefficients: [f64; COEFFICIENTS],
     pub(crate) gap_spread: Spread,
+    /// What the half gap changes by for a unit of each sample's position difference.
+    pub(crate) gap_pulls: Vec<f64>,
     /// `None` where the compliance is given.
     pub(crate) compliance_spread: Option<Spread>,
     /// `None` where the damping is left out.
@@ -199,6 +201,7 @@ impl EstimateJob<'_> {
         Ok(Estimate {
             coefficients,
             gap_spread: spread(0)?,
+            gap_pulls: spread::pulls(&regression, &x, delta, 0).ok_or_else(thin)?,
             compliance_spread: spread_of(place)?,
             damping_spread: spread_of(columns.iter().position(|&c| c == DAMPING))?,
             speed_spread: spread_of(columns.iter().position(|&c| c == SPEED))?,

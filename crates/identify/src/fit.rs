@@ -12,6 +12,7 @@ use crate::{
     log::BacklashLog,
     plausible,
     result::{BacklashFit, ToldCompliance},
+    rounding::{Rounded, Row},
     settings::FitSettings,
     solver::{Clarabel, QpSolver},
     window,
@@ -129,8 +130,9 @@ fn fit_steady(
         log = std::borrow::Cow::Owned(log.with_late_taken_off(left_s));
         fit = fit_known(&log, settings, solver)?;
     }
-    if log.load_off().is_none() && log.late_s() == 0.0 {
-        fit.load_off = None;
+    if log.late_s() == 0.0 {
+        // What was found but does not matter was not taken off.
+        fit.load_off = log.load_off().copied();
     }
     let [low_rad, high_rad] = fit.half_gap_interval_rad;
     // An interval as wide as the gap itself is no value, unless it says that the gap is small.
@@ -153,10 +155,10 @@ fn fit_steady(
 /// Lateness that a fit found of the load in a log, beside what was taken off of it, s; zero where that does
 /// not matter.
 fn left_of_lateness(log: &BacklashLog, fit: &BacklashFit) -> f64 {
-    let Some(found) = fit.load_off.filter(|_| log.load_off().is_none()) else {
+    let Some(found) = fit.load_off else {
         return 0.0;
     };
-    let left_s = found.late_s - log.late_s();
+    let left_s = found.late_s - log.all_late_s();
     let top_speed = Motion::in_positions(log.motor(), log.period_s()).top_speed;
     if left_s.abs() * top_speed > LATENESS_SHARE * difference_span(log) {
         left_s
@@ -301,6 +303,29 @@ fn fit_at(
 }
 
 impl Estimate {
+    /// What the half gap may be off by for rounding that does not average out, rad.
+    fn unspread(&self, log: &BacklashLog, contact: &Contact, half: usize) -> f64 {
+        let area = (half * half) as f64;
+        let samples = contact.samples.iter().zip(&self.gap_pulls);
+        let rows = samples.flat_map(|(sample, pull)| {
+            // Each window is a triangle of rows.
+            (0..=2 * half).map(move |row| Row {
+                at: sample.index * half + row,
+                stretch: sample.episode,
+                side: sample.side,
+                weight: pull * (half - half.abs_diff(row)) as f64 / area,
+            })
+        });
+        let rounded = Rounded {
+            motor: log.motor(),
+            load: log.load(),
+            steps: log.rounded_rad(),
+            half,
+            scale: log.load_off().map_or(0.0, |off| off.scale),
+        };
+        rounded.unspread(&rows.collect::<Vec<Row>>())
+    }
+
     fn report(
         self,
         log: &BacklashLog,
@@ -337,18 +362,21 @@ impl Estimate {
         } else {
             COARSE_SHARE
         };
-        let allowance = rounding * log.resolution_rad()
+        let allowance = self.unspread(log, contact, half)
+            + rounding * log.resolution_rad()
             + MODEL_ERROR_SHARE * wind_up
             + certainly_late_s * rate_rms;
         // Scatter and allowance add up: one is random, the other is not.
-        let half_width = self.gap_spread.half_width + allowance + lateness.half_gap_rad;
+        let not_random = allowance + lateness.half_gap_rad + lateness.scale_half_gap_rad;
+        let half_width = self.gap_spread.half_width + not_random;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         // The same errors seen as wind-up of the usual torque.
         let told = ToldCompliance::new(
             compliance,
             self.compliance_spread
                 .map_or(0.0, |spread| spread.half_width + allowance / torque_rms)
-                + lateness.compliance_rad_per_nm,
+                + lateness.compliance_rad_per_nm
+                + lateness.scale_compliance_rad_per_nm,
         );
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,
@@ -358,7 +386,7 @@ impl Estimate {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
             half_gap_error_rad: self.gap_spread.standard_error,
-            half_gap_allowance_rad: allowance + lateness.half_gap_rad,
+            half_gap_allowance_rad: not_random,
             half_gap_lateness_rad: lateness.half_gap_rad,
             compliance_rad_per_nm: compliance,
             compliance_error_rad_per_nm: self
@@ -391,7 +419,7 @@ impl Estimate {
             excited: reason.is_none(),
             reason,
             load: None,
-            load_off: log.load_off().copied().or(lateness.found),
+            load_off: lateness.load_off(log),
             solver: self.solver,
         }
     }

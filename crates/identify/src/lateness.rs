@@ -30,15 +30,36 @@ const MODEL_ERROR_S: f64 = 0.5e-6;
 /// compliance.
 const MIN_TORQUE_VARIATION: f64 = 0.01;
 
-/// What lateness does to the figures of a fit.
+/// Nothing presumed of how the load is read.
+const RIGHT: [f64; 2] = [0.0, 0.0];
+/// What an unseen scale makes of the gap, in parts of the half interval, from which on a column for it is tried. A
+/// choice: less widens the interval by less than a fifth.
+const SCALE_COUNTS_FROM: f64 = 0.2;
+
+/// What lateness and an unseen scale do to the figures of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lateness {
     /// What the half gap is off by for the most that may be unseen, rad.
     pub(crate) half_gap_rad: f64,
     /// What the compliance is off by for it, rad/(N m).
     pub(crate) compliance_rad_per_nm: f64,
+    /// What the half gap is off by for the largest scale of the load that may be unseen, rad.
+    pub(crate) scale_half_gap_rad: f64,
+    /// What the compliance is off by for it, rad/(N m).
+    pub(crate) scale_compliance_rad_per_nm: f64,
     /// Lateness that was found along with the gap and is certain.
     pub(crate) found: Option<LoadOff>,
+}
+
+impl Lateness {
+    /// How the load is off: what was taken off, with the lateness that the fit tells more closely than the
+    /// stretches do.
+    pub(crate) fn load_off(&self, log: &BacklashLog) -> Option<LoadOff> {
+        match (log.load_off().copied(), self.found) {
+            (Some(off), Some(late)) => Some(off.read_as(&late)),
+            (off, late) => off.or(late),
+        }
+    }
 }
 
 /// Inputs of the fits of one log's contact.
@@ -65,19 +86,52 @@ impl ContactFit<'_> {
         if self.log.load_off().is_some() {
             // What is left of a load that was put right is found along with the gap, and belongs to its
             // interval.
-            return self.alone(Beside::PlaceAndSpeed, 0.0);
+            return self.alone(Beside::PlaceAndSpeed, RIGHT);
         }
-        if self.log.late_s() != 0.0 {
+        let (fitted, beside) = if self.log.late_s() == 0.0 {
+            self.beside_lateness()?
+        } else {
             // So is what is left of lateness that was taken off.
-            return self.alone(Beside::Speed, 0.0);
+            (self.alone(Beside::Speed, RIGHT)?, Beside::Speed)
+        };
+        self.beside_scale(fitted, beside)
+    }
+
+    /// A fit of some columns with what a scale that is too small to be taken off makes of it; where that is more
+    /// than what a column of the place costs, with that column.
+    fn beside_scale(&self, mut fitted: Fitted, beside: Beside) -> Result<Fitted, FitError> {
+        let unseen = self.log.unseen_scale();
+        if unseen == 0.0 {
+            return Ok(fitted);
         }
-        let plain = self.alone(Beside::Nothing, 0.0)?;
+        let shifted = self.alone(beside, [0.0, unseen])?.estimate;
+        let off = |at: usize| (shifted.coefficients[at] - fitted.estimate.coefficients[at]).abs();
+        let (half_gap_rad, compliance_rad_per_nm) = (off(GAP), off(COMPLIANCE));
+        let lateness = &mut fitted.lateness;
+        (
+            lateness.scale_half_gap_rad,
+            lateness.scale_compliance_rad_per_nm,
+        ) = (half_gap_rad, compliance_rad_per_nm);
+        let scatter = fitted.estimate.gap_spread.half_width;
+        if half_gap_rad < SCALE_COUNTS_FROM * scatter {
+            return Ok(fitted);
+        }
+        let bound = scatter + lateness.half_gap_rad + half_gap_rad;
+        match self.alone(Beside::PlaceAndSpeed, RIGHT) {
+            Ok(free) if free.estimate.gap_spread.half_width < bound => Ok(free),
+            _ => Ok(fitted),
+        }
+    }
+
+    /// A fit of a load that may be read later or earlier, with the columns that it has for that.
+    fn beside_lateness(&self) -> Result<(Fitted, Beside), FitError> {
+        let plain = self.alone(Beside::Nothing, RIGHT)?;
         if self.exact == Exact::Motion {
             // The column of the motor's viscous friction is that of lateness, too.
-            return Ok(plain);
+            return Ok((plain, Beside::Nothing));
         }
         // Little enough for the loss to weigh the samples alike.
-        let shifted = self.alone(Beside::Nothing, PROBE_S)?.estimate;
+        let shifted = self.alone(Beside::Nothing, [PROBE_S, 0.0])?.estimate;
         let off = |at: usize| {
             let change = shifted.coefficients[at] - plain.estimate.coefficients[at];
             self.settings.lateness_s / PROBE_S * change.abs()
@@ -85,21 +139,21 @@ impl ContactFit<'_> {
         let lateness = Lateness {
             half_gap_rad: off(GAP),
             compliance_rad_per_nm: off(COMPLIANCE),
-            found: None,
+            ..Lateness::default()
         };
         let bound = plain.estimate.gap_spread.half_width + lateness.half_gap_rad;
         // A log that does not tell it at all may fail here.
-        if let Ok(free) = self.alone(Beside::Speed, 0.0)
+        if let Ok(free) = self.alone(Beside::Speed, RIGHT)
             && free.estimate.gap_spread.half_width < bound
         {
-            return Ok(free);
+            return Ok((free, Beside::Speed));
         }
-        Ok(Fitted { lateness, ..plain })
+        Ok((Fitted { lateness, ..plain }, Beside::Nothing))
     }
 
     /// The estimate with these columns beside those of a load that is read as it should be, for a load
-    /// that is presumed to be read so much later.
-    fn alone(&self, beside: Beside, late_s: f64) -> Result<Fitted, FitError> {
+    /// that is presumed to be read so much later, s, and longer, in parts of the travel; see [`RIGHT`].
+    fn alone(&self, beside: Beside, [late_s, scale]: [f64; 2]) -> Result<Fitted, FitError> {
         let (mut contact, strength) = instruments::tell(
             self.contact.clone(),
             self.windows,
@@ -116,7 +170,9 @@ impl ContactFit<'_> {
             }
         }
         for sample in &mut contact.samples {
-            sample.window.difference_rad -= late_s * sample.window.velocity_rad_s;
+            let window = &mut sample.window;
+            window.difference_rad -= late_s * window.velocity_rad_s;
+            window.difference_rad += scale * window.position_rad;
         }
         let job = EstimateJob {
             contact: &contact,
@@ -126,7 +182,7 @@ impl ContactFit<'_> {
         };
         let estimate = self.of_columns(&job, beside)?;
         let lateness = Lateness {
-            found: estimate.lateness(self.log.late_s()),
+            found: estimate.lateness(self.log.all_late_s()),
             ..Lateness::default()
         };
         Ok(Fitted {

@@ -36,6 +36,7 @@
 //! follows from the contact torque. [`body`] takes the axis as one body: inertia, friction, servo,
 //! and how position is lost along the travel after a reversal.
 
+mod averages;
 mod axis_fit;
 pub mod body;
 pub mod contact;
@@ -52,6 +53,7 @@ pub mod log;
 pub mod motor_only;
 mod plausible;
 pub mod result;
+mod rounding;
 pub mod settings;
 pub mod solver;
 pub mod spread;

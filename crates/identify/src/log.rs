@@ -6,6 +6,7 @@ use crate::{
     body::{LoadOff, Motion, load_off::Pair},
     error::FitError,
     even::EvenGrid,
+    rounding::{rounding_step, smallest_step},
 };
 
 /// Motor position, load position and current of one axis, sampled together at a fixed period.
@@ -19,10 +20,14 @@ pub struct BacklashLog {
     lost: Vec<bool>,
     /// Smallest step that the motor's and the load's position makes, rad.
     steps_rad: [f64; 2],
+    /// The same where the column certainly is read in steps, else zero.
+    rounded_rad: [f64; 2],
     /// How the load was off the motor, where that was taken off.
     load_off: Option<LoadOff>,
-    /// What a fit found the load to be read later than the motor, and took off, s.
+    /// What fits found the load to be read later than the motor, and took off beside that, s.
     late_s: f64,
+    /// How large a scale of the load may be that was not taken off, in parts of the travel.
+    unseen_scale: f64,
 }
 
 impl BacklashLog {
@@ -70,6 +75,7 @@ impl BacklashLog {
             }
         }
         let steps_rad = [smallest_step(&motor), smallest_step(&load)];
+        let rounded_rad = [rounding_step(&motor), rounding_step(&load)];
         Ok(Self {
             period_s,
             motor,
@@ -77,8 +83,10 @@ impl BacklashLog {
             current,
             lost: Vec::new(),
             steps_rad,
+            rounded_rad,
             load_off: None,
             late_s: 0.0,
+            unseen_scale: 0.0,
         })
     }
 
@@ -179,10 +187,11 @@ impl BacklashLog {
     /// The same with the load put right where its lengths or its clock are certainly not the motor's.
     pub(crate) fn put_right(&self) -> Self {
         let mut log = self.clone();
-        if let Some(right) = self
+        let looked = self
             .pair()
-            .put_right(&Motion::in_positions(&self.motor, self.period_s))
-        {
+            .put_right(&Motion::in_positions(&self.motor, self.period_s));
+        log.unseen_scale = looked.unseen_scale;
+        if let Some(right) = looked.right {
             (log.load, log.lost, log.load_off) = (right.load, right.lost, Some(right.off));
         }
         log
@@ -202,9 +211,19 @@ impl BacklashLog {
         }
     }
 
-    /// What a fit found the load to be read later than the motor, and took off, s.
+    /// What fits found the load to be read later than the motor, and took off beside [`Self::load_off`], s.
     pub(crate) fn late_s(&self) -> f64 {
         self.late_s
+    }
+
+    /// How much later than the motor the load was read before anything was taken off, s.
+    pub(crate) fn all_late_s(&self) -> f64 {
+        self.late_s + self.load_off.map_or(0.0, |off| off.late_s)
+    }
+
+    /// How large a scale of the load may be that was not taken off, in parts of the travel.
+    pub(crate) fn unseen_scale(&self) -> f64 {
+        self.unseen_scale
     }
 
     /// How the load was off the motor; `None` where nothing was taken off.
@@ -225,20 +244,15 @@ impl BacklashLog {
         square.sqrt()
     }
 
+    /// Steps that motor and load are read in, rad; zero where they are in none.
+    pub(crate) fn rounded_rad(&self) -> [f64; 2] {
+        self.rounded_rad
+    }
+
     /// Smallest step that the motor's position makes, rad; zero where it stands.
     pub(crate) fn motor_step_rad(&self) -> f64 {
         self.steps_rad[0]
     }
-}
-
-/// The smallest step that a column makes, taken for one count; zero where it is constant.
-fn smallest_step(column: &[f64]) -> f64 {
-    let step = column
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .filter(|step| *step > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    if step.is_finite() { step } else { 0.0 }
 }
 
 /// Motor position and current of one axis, sampled together at a fixed period.

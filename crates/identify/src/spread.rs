@@ -116,6 +116,33 @@ pub fn spread<const P: usize>(
     })
 }
 
+/// What the coefficient `which` changes by for a unit of each sample's target; `None` where the samples do not
+/// determine it.
+pub fn pulls<const P: usize>(
+    data: &Regression<P>,
+    x: &[f64; P],
+    delta: f64,
+    which: usize,
+) -> Option<Vec<f64>> {
+    let piece = |k: usize| {
+        let residual = data.residual(k, x) / delta;
+        (residual, Piece::of(residual))
+    };
+    let mut normal = NormalEquations::<P>::default();
+    for (k, row) in data.rows.iter().enumerate() {
+        let (residual, piece) = piece(k);
+        normal.add(row, residual, piece);
+    }
+    let unit: [f64; P] = std::array::from_fn(|j| f64::from(u8::from(j == which)));
+    let influence = solve_small(&normal.matrix, &unit)?;
+    // Beyond delta a sample pulls by its sign alone.
+    let pull = |(k, row): (usize, &[f64; P])| match piece(k).1 {
+        Piece::Square => (0..P).map(|j| row[j] * influence[j]).sum(),
+        _ => 0.0,
+    };
+    Some(data.rows.iter().enumerate().map(pull).collect())
+}
+
 fn quadratic_form<const P: usize>(matrix: &[[f64; P]; P], v: &[f64; P]) -> f64 {
     (0..P)
         .map(|i| (0..P).map(|j| v[i] * matrix[i][j] * v[j]).sum::<f64>())

@@ -22,7 +22,7 @@ use lostmotion::identify::{
 };
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
-use scales::{Scales, figures, gap_text, with_interval};
+use scales::{Scales, figures, gap_figure, gap_text, with_interval};
 use std::path::PathBuf;
 use write::{write_axis, write_overlay};
 
@@ -71,10 +71,17 @@ impl Told {
     fn gap(
         &mut self,
         found: &Result<BacklashFit, GapError>,
-        is_step: bool,
+        lost: &Result<LostMotion, String>,
         described: Option<&AxisConfig>,
         scales: &Scales,
     ) {
+        let lost = lost.as_ref().ok();
+        let is_step = lost.is_none_or(|lost| lost.is_step);
+        let pair = found.as_ref().ok().zip(lost);
+        if let Some(why) = pair.and_then(|(fit, lost)| beyond(fit, lost, scales)) {
+            self.untold.push(format!("the gap: {why}"));
+            return;
+        }
         match found {
             Ok(fit) if is_step => {
                 self.text += &gap_text(fit, scales);
@@ -149,6 +156,20 @@ impl Told {
     }
 }
 
+/// Why a gap cannot be right that is certainly larger than all that is lost, of which it is a part.
+fn beyond(fit: &BacklashFit, lost: &LostMotion, scales: &Scales) -> Option<String> {
+    let um = 1.0 / scales.small;
+    let gap = gap_figure(fit, scales.per_rad).times(um);
+    let lost = lost.total.times(um);
+    (gap.interval[0] > lost.interval[1]).then(|| {
+        let [value, low, high] = with_interval(gap);
+        format!(
+            "{value} {u} (95 %: {low} to {high}) would be more than the lost motion, of which it is a part, so that one of the two is wrong: the load may be read in another way than is taken off; log strokes of several speeds and lengths",
+            u = scales.small_unit
+        )
+    })
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let described = args
@@ -188,8 +209,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     // Lost motion first: it says whether a gap is the right word.
     let lost = fit_lost_motion(&body_log, body.as_ref().ok());
     told.lost_motion(&lost, &scales);
-    let is_step = lost.as_ref().map_or(true, |lost| lost.is_step);
-    told.gap(&gap, is_step, described, &scales);
+    told.gap(&gap, &lost, described, &scales);
     told.body(&body, described, &scales);
     let servo = fit_servo(&body_log, &motion);
     told.servo(&servo, described, by_current, &scales);
@@ -217,6 +237,12 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
         if let Some(cause) = &doubt {
             told.text += &format!("not written: what was measured, since {cause}\n");
             told.findings.clear();
+        } else if told
+            .findings
+            .iter()
+            .all(|found| found.refused(&name).is_some())
+        {
+            told.text += "not written: what was measured, since none of it can be taken over\n";
         }
         write_axis(path, described, &told.findings, &name, base)?;
     }

@@ -74,9 +74,16 @@ pub(super) fn write_axis(
     axis.check()
         .map_err(|error| Failure::message(format!("{log}: the axis found is none: {error}")))?;
     let plain = axis_to_toml(&axis).map_err(|error| Failure::message(error.to_string()))?;
-    let mut text = format!(
-        "# From {log} by `lostmotion axis identify`; what it does not tell is from {base}.\n"
-    );
+    let taken = findings.iter().any(|found| found.refused(log).is_none());
+    let mut text = if taken {
+        format!(
+            "# From {log} by `lostmotion axis identify`; what it does not tell is from {base}.\n"
+        )
+    } else {
+        format!(
+            "# Nothing measured in {log} was taken over by `lostmotion axis identify`: all of it is from {base}.\n"
+        )
+    };
     let mut table = String::new();
     for line in plain.lines() {
         text += line;

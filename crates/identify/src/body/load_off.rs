@@ -6,12 +6,16 @@
 //! fast in one direction at a time. They are told while the motor drives the load on one flank:
 //!
 //! ```text
-//! motor - load = of this stretch - scale x + late v + compliance drive
+//! motor - load = of this stretch - scale x + late v + compliance (drive - inertia a)
 //! ```
+//!
+//! Of the drive the motor keeps what speeds up its own inertia. In strokes that are sines place and acceleration are
+//! one: there a scale cannot be told from that.
 
 use super::squares::Squares;
 use super::{Averages, Motion, Rates};
 use crate::even::lagrange;
+use crate::huber::solve_small;
 use crate::settings::LATENESS_S;
 use lostmotion_base::math::quantile;
 use serde::{Deserialize, Serialize};
@@ -31,16 +35,23 @@ pub(crate) const VARIES_SHARE: f64 = 0.06;
 /// Part of a column that the others have to leave for its coefficient to be told. A choice: in a motion of
 /// one frequency place and acceleration are the same.
 const ALONE_SHARE: f64 = 0.1;
+/// The same below which two columns are one. A choice.
+const SAME_SHARE: f64 = 1e-4;
 /// Half intervals that a value has to be off zero by. A choice: nothing is taken off by chance.
 const CERTAINLY: f64 = 2.0;
 /// What it makes of the difference of motor and load, in parts of that difference's span, from which on it
 /// matters. A choice.
 pub(crate) const MATTERS_SHARE: f64 = 0.02;
+/// The same of the scale, whose interval is narrow: a choice, about what intervals of large gaps are wide.
+const SCALE_MATTERS_SHARE: f64 = 0.004;
 /// Least lateness that is told, s. A choice: a row of an ordinary log is twice that.
 const LEAST_LATE_S: f64 = LATENESS_S;
 /// How far lateness may be off beside its scatter, s: viscous friction winds up the softest shafts as if the load
 /// were so late.
 const WIND_UP_S: f64 = 250e-6;
+/// Part of the wind-up that may go with the place whatever it is from. A choice, of twice what damping does in clean
+/// logs of short strokes.
+const WIND_UP_SHARE: f64 = 0.02;
 /// Rounds: what is found is taken off, and what is left is found.
 const ROUNDS: usize = 3;
 
@@ -49,8 +60,9 @@ const FOUR_ROWS: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
 const PLACE: usize = 0;
 const SPEED: usize = 1;
-const DRIVE: usize = 2;
-const COLUMNS: usize = 3;
+const ACCELERATION: usize = 2;
+const DRIVE: usize = 3;
+const COLUMNS: usize = 4;
 
 /// How a load's scale is off the motor's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -76,6 +88,15 @@ pub(crate) struct Pair<'a> {
     pub(crate) lost: &'a [bool],
 }
 
+/// A load that has been looked at.
+pub(crate) struct Looked {
+    /// The load put right; `None` where it certainly is not off, or that cannot be told.
+    pub(crate) right: Option<PutRight>,
+    /// How large a scale may be that was not taken off, either way, in parts of the travel; zero where one was,
+    /// and where the motion does not tell it.
+    pub(crate) unseen_scale: f64,
+}
+
 /// A load that has been put right.
 pub(crate) struct PutRight {
     pub(crate) off: LoadOff,
@@ -84,12 +105,13 @@ pub(crate) struct PutRight {
 }
 
 impl Pair<'_> {
-    /// Finds how the load is off and takes it off; `None` where it certainly is not, or it cannot be told.
-    pub(crate) fn put_right(&self, motion: &Motion) -> Option<PutRight> {
+    /// Finds how the load is off and takes it off where that is certain and matters.
+    pub(crate) fn put_right(&self, motion: &Motion) -> Looked {
         let mut off = LoadOff::default();
         let mut right: Option<PutRight> = None;
+        let mut unseen_scale = 0.0;
         for _ in 0..ROUNDS {
-            let found = match &right {
+            let (found, unseen) = match &right {
                 None => self.find(motion),
                 Some(before) => Pair {
                     load: &before.load,
@@ -98,6 +120,9 @@ impl Pair<'_> {
                 }
                 .find(motion),
             };
+            if off.scale == 0.0 {
+                unseen_scale = unseen;
+            }
             if found == LoadOff::default() {
                 break;
             }
@@ -105,11 +130,15 @@ impl Pair<'_> {
             let (load, lost) = self.without(&off);
             right = Some(PutRight { off, load, lost });
         }
-        right
+        Looked {
+            right,
+            unseen_scale,
+        }
     }
 
-    fn find(&self, motion: &Motion) -> LoadOff {
-        let none = LoadOff::default();
+    /// How the load is off where that is certain and matters, and how large a scale may be that is not among it.
+    fn find(&self, motion: &Motion) -> (LoadOff, f64) {
+        let none = (LoadOff::default(), 0.0);
         let difference: Vec<f64> = self
             .motor
             .iter()
@@ -138,44 +167,89 @@ impl Pair<'_> {
         if count == 0.0 {
             return none;
         }
-        let mut used = [true; COLUMNS];
+        let stands_alone = |column: usize, used: &[bool; COLUMNS], share: f64| {
+            let own = sums[column][column];
+            own > 0.0 && left_alone(&sums, column, used) > share * own
+        };
+        let mut used = [false; COLUMNS];
         used[DRIVE] = sums[DRIVE][DRIVE] > 0.0;
-        used[SPEED] = sums[SPEED][SPEED] > VARIES_SHARE * VARIES_SHARE * speeds
-            && stands_alone(&sums, SPEED, &used);
-        used[PLACE] = sums[PLACE][PLACE] > 0.0 && stands_alone(&sums, PLACE, &used);
+        used[ACCELERATION] = stands_alone(ACCELERATION, &used, SAME_SHARE);
+        used[PLACE] = sums[PLACE][PLACE] > 0.0;
+        // The motor's viscous friction is in the drive, too, so that the speed belongs to the fit even where it tells
+        // no lateness.
+        used[SPEED] = stands_alone(SPEED, &used, SAME_SHARE);
+        used[PLACE] = used[PLACE] && stands_alone(PLACE, &used, ALONE_SHARE);
+        let tells_late = sums[SPEED][SPEED] > VARIES_SHARE * VARIES_SHARE * speeds
+            && stands_alone(SPEED, &used, ALONE_SHARE);
         let Some(fit) = squares.solve(&used) else {
             return none;
         };
-        let span = |values: Vec<f64>| quantile(values.clone(), 0.99) - quantile(values, 0.01);
-        let least = MATTERS_SHARE * span(difference);
-        let is_told = |at: usize, size: f64, floor: f64| {
-            let figure = fit.figures[at];
+        // What the shaft's damping and the load's bouncing do beside the wind-up would pass for a scale where little of
+        // the place stands alone.
+        let wind_up = [ACCELERATION, DRIVE].map(|i| {
+            [ACCELERATION, DRIVE]
+                .map(|j| fit.x[i] * fit.x[j] * sums[i][j])
+                .iter()
+                .sum::<f64>()
+        });
+        let wind_up = wind_up.iter().sum::<f64>().max(0.0);
+        let mut figures = fit.figures;
+        if used[PLACE] {
+            let alone = left_alone(&sums, PLACE, &used);
+            figures[PLACE] = figures[PLACE].widened(WIND_UP_SHARE * (wind_up / alone).sqrt());
+        }
+        // Lateness of 0.3 ms at 300 mm/s makes more than most gaps: a scale that hides beside it matters all the
+        // same.
+        let left = self.without_part(
+            &difference,
+            motion,
+            [fit.x[PLACE], if tells_late { fit.x[SPEED] } else { 0.0 }],
+        );
+        let width = span(&difference).min(span(&left));
+        let is_told = |at: usize, size: f64, floor: f64, share: f64| {
+            let figure = figures[at];
             let half = 0.5 * (figure.interval[1] - figure.interval[0]);
             used[at]
                 && figure.value.abs() > CERTAINLY * half
                 && figure.value.abs() > floor
-                && figure.value.abs() * size > least
+                && figure.value.abs() * size > share * width
         };
-        let mut off = none;
-        if is_told(PLACE, span(self.motor.to_vec()), 0.0) {
-            let [low, high] = fit.figures[PLACE].interval;
+        let (mut off, mut unseen) = none;
+        let [low, high] = figures[PLACE].interval;
+        if is_told(PLACE, span(self.motor), 0.0, SCALE_MATTERS_SHARE) {
             (off.scale, off.scale_interval) = (-fit.x[PLACE], [-high, -low]);
+        } else if used[PLACE] {
+            unseen = low.abs().max(high.abs());
         }
-        if is_told(SPEED, motion.top_speed, LEAST_LATE_S) {
-            let late = fit.figures[SPEED].widened(WIND_UP_S);
+        if tells_late && is_told(SPEED, motion.top_speed, LEAST_LATE_S, MATTERS_SHARE) {
+            let late = figures[SPEED].widened(WIND_UP_S);
             (off.late_s, off.late_interval_s) = (late.value, late.interval);
         }
-        off
+        (off, unseen)
+    }
+
+    /// The position difference less what so much for each unit of place and of speed makes of it.
+    fn without_part(&self, difference: &[f64], motion: &Motion, of: [f64; 2]) -> Vec<f64> {
+        let half = motion.half;
+        let rates = Rates::new(self.motor, half, self.period_s);
+        let inner = half..self.motor.len().saturating_sub(half);
+        inner
+            .map(|at| difference[at] - of[0] * self.motor[at] - of[1] * rates.velocity(at))
+            .collect()
     }
 
     /// Rows of each stretch in which the motor drives the load one way, with its first sample.
-    fn stretches(&self, motion: &Motion, difference: &[f64]) -> Vec<(usize, Vec<[f64; 4]>)> {
+    fn stretches(
+        &self,
+        motion: &Motion,
+        difference: &[f64],
+    ) -> Vec<(usize, Vec<[f64; COLUMNS + 1]>)> {
         let half = motion.half;
         let [motor, load] = [self.motor, self.load].map(|of| Rates::new(of, half, self.period_s));
         let places = Averages::new(self.motor, half);
         let apart = Averages::new(difference, half);
         let drive = (!self.drive.is_empty()).then(|| Averages::new(self.drive, half));
-        let mut stretches: Vec<(usize, Vec<[f64; 4]>)> = Vec::new();
+        let mut stretches: Vec<(usize, Vec<[f64; COLUMNS + 1]>)> = Vec::new();
         let (mut side, mut driven) = (0.0, 0);
         for at in (half..self.motor.len().saturating_sub(half)).step_by(half) {
             let (speed, acceleration) = (motor.velocity(at), motor.acceleration(at));
@@ -199,8 +273,8 @@ impl Pair<'_> {
                 stretches.push((at, Vec::new()));
             }
             if let Some((_, rows)) = stretches.last_mut() {
-                let drive = drive.as_ref().map_or(acceleration, |drive| drive.mean(at));
-                rows.push([places.mean(at), speed, drive, apart.mean(at)]);
+                let drive = drive.as_ref().map_or(0.0, |drive| drive.mean(at));
+                rows.push([places.mean(at), speed, acceleration, drive, apart.mean(at)]);
             }
         }
         // The last row of a stretch already reaches into what ends it.
@@ -247,6 +321,16 @@ impl Pair<'_> {
 }
 
 impl LoadOff {
+    /// The same with the lateness of another.
+    #[must_use]
+    pub(crate) fn read_as(self, late: &LoadOff) -> LoadOff {
+        LoadOff {
+            late_s: late.late_s,
+            late_interval_s: late.late_interval_s,
+            ..self
+        }
+    }
+
     /// What is found of a load that has already been put right by this.
     fn and(&self, more: &LoadOff) -> LoadOff {
         let add = |value: f64, interval: [f64; 2], by: f64, of: [f64; 2]| {
@@ -278,18 +362,29 @@ impl LoadOff {
     }
 }
 
-/// Whether the other columns leave enough of one.
-fn stands_alone(sums: &[[f64; COLUMNS]; COLUMNS], column: usize, used: &[bool; COLUMNS]) -> bool {
-    let others: Vec<usize> = (0..COLUMNS).filter(|&i| i != column && used[i]).collect();
+/// Width of a column without its outer hundredths.
+fn span(values: &[f64]) -> f64 {
+    quantile(values.to_vec(), 0.99) - quantile(values.to_vec(), 0.01)
+}
+
+/// What the other columns leave of one's square.
+fn left_alone(sums: &[[f64; COLUMNS]; COLUMNS], column: usize, used: &[bool; COLUMNS]) -> f64 {
     let own = sums[column][column];
-    let explained = match *others.as_slice() {
-        [a] => sums[column][a] * sums[column][a] / sums[a][a],
-        [a, b] => {
-            let determinant = sums[a][a] * sums[b][b] - sums[a][b] * sums[a][b];
-            let (p, q) = (sums[column][a], sums[column][b]);
-            (p * p * sums[b][b] - 2.0 * p * q * sums[a][b] + q * q * sums[a][a]) / determinant
-        }
-        _ => 0.0,
-    };
-    own > 0.0 && own - explained > ALONE_SHARE * own
+    let is_other = |i: usize| i != column && used[i];
+    let matrix: [[f64; COLUMNS]; COLUMNS] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if is_other(i) && is_other(j) {
+                sums[i][j]
+            } else {
+                f64::from(u8::from(i == j))
+            }
+        })
+    });
+    let with: [f64; COLUMNS] =
+        std::array::from_fn(|i| if is_other(i) { sums[i][column] } else { 0.0 });
+    // None where the others are one another.
+    solve_small(&matrix, &with).map_or(0.0, |parts| {
+        let explained: f64 = parts.iter().zip(&with).map(|(p, w)| p * w).sum();
+        own - explained
+    })
 }

@@ -9,10 +9,12 @@
 //! motor - load = offset + step s / 2 + travel_lost z / 2,    dz / dx = (s - z) / length
 //! ```
 
+use super::followed::Followed;
 use super::load_off::{MATTERS_SHARE, VARIES_SHARE};
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, LoadOff, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
+use crate::rounding::{Rounded, Row};
 use serde::Serialize;
 
 /// Deviations of the load's noise that its place has to move by to count as moving. A choice.
@@ -126,7 +128,7 @@ pub fn fit_lost_motion(log: &BodyLog, body: Option<&RigidBody>) -> Result<LostMo
         Some(Loss {
             lost,
             late: Some(off),
-        }) if log.load_off().is_none() => {
+        }) if log.load_off().is_none_or(|off| off.late_s == 0.0) => {
             fit_lost_motion(&log.clone().with_late_taken_off(off), body).or(Ok(lost))
         }
         Some(told) => Ok(told.lost),
@@ -184,12 +186,17 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
         along: true,
         within,
         late,
-        of_speed: false,
+        target: Target::Difference,
     };
     let of_lateness = of_lateness(rows, look.length(), own);
+    let of_scale = of_scale(rows, look.length(), own);
     let plain = look.figure(found, |x| x[STEP] + x[ALONG]);
     // Where a load stands within its noise hangs on where it comes from.
-    let unseen = noise + (of_lateness[STEP] + of_lateness[ALONG]).abs();
+    let rounding = rows.unspread(look.length(), within);
+    let unseen = noise
+        + rounding
+        + (of_lateness[STEP] + of_lateness[ALONG]).abs()
+        + (of_scale[STEP] + of_scale[ALONG]).abs();
     check_loss(&plain, unseen, rows.followed.range(), late)?;
     let whole = plain.widened(unseen);
     let [low, high] = whole.interval;
@@ -201,7 +208,7 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
     };
     let part = |which: usize| {
         let figure = look.figure(found, |x| x[which]);
-        figure.widened(noise + of_lateness[which].abs())
+        figure.widened(noise + rounding + of_lateness[which].abs() + of_scale[which].abs())
     };
     let along = part(ALONG);
     let step_alone = RowsOf {
@@ -234,11 +241,25 @@ fn of_lateness(rows: &Rows<'_>, length: f64, own: RowsOf) -> [f64; COEFFICIENTS]
         return [0.0; COEFFICIENTS];
     };
     let own = RowsOf {
-        of_speed: true,
+        target: Target::Speed,
         ..own
     };
     let of_speed = rows.fit(length, own);
     of_speed.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most_s * x))
+}
+
+/// What the largest scale of the load that may be unseen makes of the coefficients.
+fn of_scale(rows: &Rows<'_>, length: f64, own: RowsOf) -> [f64; COEFFICIENTS] {
+    let unseen = rows.log.unseen_scale;
+    if unseen == 0.0 {
+        return [0.0; COEFFICIENTS];
+    }
+    let own = RowsOf {
+        target: Target::Place,
+        ..own
+    };
+    let of_place = rows.fit(length, own);
+    of_place.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| unseen * x))
 }
 
 /// Refuses a loss that is none: one below zero, above the load's range of travel, or within what is unseen.
@@ -323,63 +344,6 @@ fn loose(log: &BodyLog, motion: &Motion, holds: Option<f64>, crossing: &[bool]) 
     loose
 }
 
-/// The load's place without its noise: it follows only what leaves a band around it.
-struct Followed {
-    place: Vec<f64>,
-    /// Half the band's width.
-    band: f64,
-    /// Rows at which it has turned round: by then the load has gone back by the whole band.
-    turned: Vec<bool>,
-    /// Rows from where the load stands still before it turns round until it is known that it has:
-    /// meanwhile the motor is anywhere within the gap.
-    unsure: Vec<bool>,
-    reversals: usize,
-}
-
-impl Followed {
-    fn of(column: &[f64], band: f64) -> Followed {
-        let mut place = column.first().copied().unwrap_or(0.0);
-        let (mut direction, mut advanced) = (0.0, 0);
-        let mut followed = Followed {
-            place: Vec::with_capacity(column.len()),
-            band,
-            turned: Vec::with_capacity(column.len()),
-            unsure: Vec::with_capacity(column.len()),
-            reversals: 0,
-        };
-        for &value in column {
-            let ahead = value - place;
-            let leaves = ahead.abs() > band;
-            let turned = leaves && direction * ahead < 0.0;
-            if leaves {
-                direction = ahead.signum();
-                place = value - direction * band;
-            }
-            followed.reversals += usize::from(turned);
-            followed.turned.push(turned);
-            // While it goes on, the load is at the band's edge but for its noise.
-            followed
-                .unsure
-                .push(direction * (value - place) < 0.5 * band);
-            followed.place.push(place);
-            if turned {
-                let now = followed.unsure.len() - 1;
-                followed.unsure[advanced..now].fill(true);
-            }
-            if leaves {
-                advanced = followed.unsure.len();
-            }
-        }
-        followed
-    }
-
-    fn range(&self) -> f64 {
-        let least = self.place.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self.place.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most - least
-    }
-}
-
 /// What a log tells of the load's reversals.
 struct Rows<'a> {
     log: &'a BodyLog,
@@ -433,13 +397,75 @@ impl Rows<'_> {
 
     /// A loss of one length, by rows of some kind.
     fn fit(&self, length: f64, of: RowsOf) -> Option<SquaresFit<COEFFICIENTS>> {
-        let Followed { place, turned, .. } = &self.followed;
         let mut squares = Squares::new(self.log.len());
+        // Count, sum and square of the steady speeds of each side.
+        let mut speeds = [[0.0; 3]; 2];
+        self.each(length, of.within, |at, row| {
+            let (speed, side) = (row[SPEED], row[STEP]);
+            if row[ACCELERATION].abs() < self.steady_below {
+                let own = &mut speeds[usize::from(side > 0.0)];
+                (own[0], own[1], own[2]) = (own[0] + 1.0, own[1] + speed, own[2] + speed * speed);
+            }
+            let target = match of.target {
+                Target::Difference => self.log.motor[at] - self.log.load[at],
+                Target::Speed => speed,
+                Target::Place => row[PLACE],
+            };
+            squares.add(at, row, target);
+        });
+        if of.late == Late::Told && !vary(&speeds) {
+            return None;
+        }
+        let mut used = [true; COEFFICIENTS];
+        used[ALONG] = of.along;
+        used[START] = of.along && self.tells_its_beginning(length);
+        used[PLACE] = self.log.load_off().is_some_and(|off| off.scale != 0.0);
+        (used[SPEED], used[ACCELERATION]) = (of.late == Late::Told, of.late == Late::Told);
+        debug_assert!(used[OFFSET]);
+        squares.solve(&used)
+    }
+
+    /// What is lost may be off by so much for rounding that does not average out.
+    fn unspread(&self, length: f64, within: f64) -> f64 {
+        let mut rows: Vec<Row> = Vec::new();
+        self.each(length, within, |at, row| {
+            let side = row[STEP].signum();
+            let stretch = rows
+                .last()
+                .map_or(0, |last| last.stretch + usize::from(last.side * side < 0.0));
+            rows.push(Row {
+                at,
+                stretch,
+                side,
+                weight: 1.0,
+            });
+        });
+        let all = rows.len() as f64;
+        let forward = rows.iter().filter(|row| row.side > 0.0).count() as f64;
+        // What is lost is the mean of one side less that of the other.
+        for row in &mut rows {
+            row.weight = if row.side > 0.0 {
+                1.0 / forward
+            } else {
+                1.0 / (all - forward)
+            };
+        }
+        let rounded = Rounded {
+            motor: &self.log.motor,
+            load: &self.log.load,
+            steps: self.log.steps,
+            half: self.half,
+            scale: self.log.load_off().map_or(0.0, |off| off.scale),
+        };
+        rounded.unspread(&rows)
+    }
+
+    /// Calls for each row that counts with its sample and its columns.
+    fn each(&self, length: f64, within: f64, mut call: impl FnMut(usize, [f64; COEFFICIENTS])) {
+        let Followed { place, turned, .. } = &self.followed;
         let (mut state, mut side, mut travel, mut since) = (0.0, 0.0, 0.0, 0.0);
         let mut begins = false;
         let told = self.tells_its_beginning(length);
-        // Count, sum and square of the steady speeds of each side.
-        let mut speeds = [[0.0; 3]; 2];
         for at in 1..self.log.len() {
             let mut moved = place[at] - place[at - 1];
             if turned[at] {
@@ -455,7 +481,7 @@ impl Rows<'_> {
                 travel += moved.abs();
                 since += moved.abs();
             }
-            if side == 0.0 || since > of.within || !self.counts(at, begins) {
+            if side == 0.0 || since > within || !self.counts(at, begins) {
                 continue;
             }
             // Where the log begins nobody knows; that fades along the travel.
@@ -477,27 +503,8 @@ impl Rows<'_> {
                 speed,
                 acceleration,
             ];
-            if acceleration.abs() < self.steady_below {
-                let own = &mut speeds[usize::from(side > 0.0)];
-                (own[0], own[1], own[2]) = (own[0] + 1.0, own[1] + speed, own[2] + speed * speed);
-            }
-            let difference = if of.of_speed {
-                speed
-            } else {
-                self.log.motor[at] - self.log.load[at]
-            };
-            squares.add(at, row, difference);
+            call(at, row);
         }
-        if of.late == Late::Told && !vary(&speeds) {
-            return None;
-        }
-        let mut used = [true; COEFFICIENTS];
-        used[ALONG] = of.along;
-        used[START] = of.along && told;
-        used[PLACE] = self.log.load_off().is_some_and(|off| off.scale != 0.0);
-        (used[SPEED], used[ACCELERATION]) = (of.late == Late::Told, of.late == Late::Told);
-        debug_assert!(used[OFFSET]);
-        squares.solve(&used)
     }
 }
 
@@ -512,6 +519,17 @@ fn vary(speeds: &[[f64; 3]; 2]) -> bool {
     within > VARIES_SHARE * VARIES_SHARE * all
 }
 
+/// What a loss is fitted to.
+#[derive(Clone, Copy)]
+enum Target {
+    /// Difference of motor and load.
+    Difference,
+    /// Speed of the motor, as lateness would add of it.
+    Speed,
+    /// Place of the motor, as a scale would add of it.
+    Place,
+}
+
 /// Which rows are fitted, and what beside the loss.
 #[derive(Clone, Copy)]
 struct RowsOf {
@@ -520,8 +538,8 @@ struct RowsOf {
     /// Travel behind reversals within which rows count.
     within: f64,
     late: Late,
-    /// Whether the motor's speed stands in the place of the difference of motor and load.
-    of_speed: bool,
+    /// What stands in the place of the difference of motor and load.
+    target: Target,
 }
 
 /// Lengths that were tried, and which of them explain the log.
@@ -550,7 +568,7 @@ impl Look {
                     along: true,
                     within,
                     late,
-                    of_speed: false,
+                    target: Target::Difference,
                 };
                 rows.fit(length, own)
             })

@@ -14,6 +14,7 @@
 //! acceleration needs no filter of its own. Intervals come from the scatter between blocks of the
 //! log.
 
+mod followed;
 mod identified;
 pub(crate) mod load_off;
 pub mod lost;
@@ -35,8 +36,10 @@ pub use servo::{ServoGains, fit_servo};
 pub(crate) use times::MAX_PERIOD_S;
 pub use times::times_go_with;
 
+use crate::averages::{Averages, Rates};
 use crate::error::FitError;
 use crate::even::EvenGrid;
+use crate::rounding::rounding_step;
 use crate::settings::LATENESS_S;
 use serde::Serialize;
 
@@ -123,6 +126,10 @@ pub struct BodyLog {
     load_off: Option<LoadOff>,
     /// How much later or earlier than the motor's the load may be read where the log does not tell it, s.
     lateness_s: f64,
+    /// How large a scale of the load may be that was not taken off, in parts of the travel.
+    unseen_scale: f64,
+    /// Smallest steps of motor and load.
+    steps: [f64; 2],
 }
 
 impl BodyLog {
@@ -151,6 +158,7 @@ impl BodyLog {
             return Err(FitError::Empty);
         }
         let grid = EvenGrid::new(time_s)?;
+        let steps = [rounding_step(&motor), rounding_step(&load)];
         if grid.even {
             return Ok(BodyLog {
                 period_s: grid.period_s,
@@ -162,6 +170,8 @@ impl BodyLog {
                 missing_rows: 0,
                 load_off: None,
                 lateness_s: LATENESS_S,
+                unseen_scale: 0.0,
+                steps,
             });
         }
         let smooth = |column: &[f64]| {
@@ -185,6 +195,8 @@ impl BodyLog {
             lost: grid.lost,
             load_off: None,
             lateness_s: LATENESS_S,
+            unseen_scale: 0.0,
+            steps,
         })
     }
 
@@ -195,21 +207,36 @@ impl BodyLog {
         if self.load.is_empty() {
             return self;
         }
-        if let Some(right) = self.pair().put_right(motion) {
+        let looked = self.pair().put_right(motion);
+        self.unseen_scale = looked.unseen_scale;
+        if let Some(right) = looked.right {
             (self.load, self.lost, self.load_off) = (right.load, right.lost, Some(right.off));
         }
         self
     }
 
-    /// The same with lateness of the load taken off that [`fit_backlash`](crate::fit_backlash) found of the same
-    /// rows; as it is where its load was put right already.
+    /// The same with what [`fit_backlash`](crate::fit_backlash) found of how the load of the same rows is off taken
+    /// off, too: lateness and scale each where they were not taken off already.
     #[must_use]
     pub fn with_late_taken_off(mut self, off: LoadOff) -> BodyLog {
-        if self.load.len() != self.motor.len() || self.load_off.is_some() || off.late_s == 0.0 {
+        if self.load.len() != self.motor.len() {
             return self;
         }
-        (self.load, self.lost) = self.pair().without(&off);
-        self.load_off = Some(off);
+        let before = self.load_off.unwrap_or_default();
+        let (mut rest, mut all) = (LoadOff::default(), before);
+        if before.late_s == 0.0 && off.late_s != 0.0 {
+            rest.late_s = off.late_s;
+            all = all.read_as(&off);
+        }
+        if before.scale == 0.0 && off.scale != 0.0 {
+            rest.scale = off.scale;
+            (all.scale, all.scale_interval) = (off.scale, off.scale_interval);
+            self.unseen_scale = 0.0;
+        }
+        if all != before {
+            (self.load, self.lost) = self.pair().without(&rest);
+            self.load_off = Some(all);
+        }
         self
     }
 
@@ -265,102 +292,3 @@ impl BodyLog {
 
 /// Longest time between two turns of a velocity loop, s. A choice: drives have 31 us to 1 ms.
 const SLOWEST_TURN_S: f64 = 1e-3;
-
-/// Part of a column's second differences that its samples have to be changed by for their weighted sum
-/// to be the average of the signal between them, too: 1/12, as sums and integrals of smooth signals
-/// differ by (Gregory 1670). Without it averages of logs that are slow against the servo would be
-/// larger than its speeds, by 4 % at 180 rad/s and 4 ms.
-const BETWEEN_SAMPLES: f64 = 1.0 / 12.0;
-
-/// A column with so many of its second differences added; the ends stay.
-fn with_bends(column: &[f64], part: f64) -> Vec<f64> {
-    let mut changed = column.to_vec();
-    for (at, three) in column.windows(3).enumerate() {
-        changed[at + 1] += part * (three[0] - 2.0 * three[1] + three[2]);
-    }
-    changed
-}
-
-/// Averages with a triangular window of `2 half` samples, with sums that are made once.
-struct Averages {
-    half: usize,
-    /// Sums of the column up to each sample, and sums of those.
-    twice: Vec<f64>,
-    /// The first value, which is taken off before summing: large places would lose digits.
-    base: f64,
-}
-
-impl Averages {
-    fn new(column: &[f64], half: usize) -> Averages {
-        Averages::between(column, half, 1.0)
-    }
-
-    /// Of a signal that has this part of what a smooth one has between its samples: none where it is held
-    /// from one to the next.
-    fn between(column: &[f64], half: usize, part: f64) -> Averages {
-        let base = column.first().copied().unwrap_or(0.0);
-        let (mut once, mut sum) = (0.0, 0.0);
-        let mut twice = Vec::with_capacity(column.len() + 1);
-        twice.push(0.0);
-        for value in with_bends(column, part * BETWEEN_SAMPLES) {
-            once += value - base;
-            sum += once;
-            twice.push(sum);
-        }
-        Averages { half, twice, base }
-    }
-
-    /// Average around sample `at`, which is at least `half` from either end: weights
-    /// `(half - |j|) / half^2`.
-    fn mean(&self, at: usize) -> f64 {
-        let (h, s) = (self.half, &self.twice);
-        // The second difference of the double sum is the triangle.
-        (s[at + h] - 2.0 * s[at] + s[at - h]) / (h * h) as f64 + self.base
-    }
-}
-
-/// Average velocity of a position column over the same window, from the trapezoids of the column:
-/// the mean of the later half less that of the earlier one.
-struct Rates<'a> {
-    half: usize,
-    period_s: f64,
-    column: &'a [f64],
-    /// Integral of the column, its first value taken off.
-    integral: Vec<f64>,
-}
-
-impl<'a> Rates<'a> {
-    fn new(column: &'a [f64], half: usize, period_s: f64) -> Rates<'a> {
-        let base = column.first().copied().unwrap_or(0.0);
-        let mut sum = 0.0;
-        let mut integral = Vec::with_capacity(column.len());
-        let mut before = 0.0;
-        // The trapezoids of a bent column are too small.
-        for value in with_bends(column, -BETWEEN_SAMPLES) {
-            let value = value - base;
-            sum += 0.5 * (before + value) * period_s;
-            before = value;
-            integral.push(sum);
-        }
-        Rates {
-            half,
-            period_s,
-            column,
-            integral,
-        }
-    }
-
-    fn span_s(&self) -> f64 {
-        self.half as f64 * self.period_s
-    }
-
-    fn velocity(&self, at: usize) -> f64 {
-        let (h, p) = (self.half, &self.integral);
-        (p[at + h] - 2.0 * p[at] + p[at - h]) / (self.span_s() * self.span_s())
-    }
-
-    fn acceleration(&self, at: usize) -> f64 {
-        let (h, q) = (self.half, self.column);
-        (q[at + h] - 2.0 * q[at] + q[at - h]) / (self.span_s() * self.span_s())
-    }
-}

@@ -253,6 +253,32 @@ fn lateness_is_taken_off_lost_motion_without_a_current() {
     }
 }
 
+/// Nor is a scale beside it.
+#[test]
+fn lateness_and_a_scale_together_are_no_lost_motion() {
+    let gap = 12e-6;
+    let pairs = [
+        (350e-6, 20e-6),
+        (350e-6, -20e-6),
+        (-250e-6, 10e-6),
+        (60e-6, 80e-6),
+        (150e-6, 3e-6),
+    ];
+    for (number, (late_s, scale)) in pairs.into_iter().enumerate() {
+        let speeds = [0.05, 0.01, 0.03, 0.002];
+        let mut log = strokes(&speeds, gap, late_s, 33_500 + number as u64);
+        log.load.iter_mut().for_each(|place| *place *= 1.0 + scale);
+        let motion = Motion::of(&log);
+        let lost = fit_lost_motion(&log.put_right(&motion), None).unwrap();
+        println!("{late_s} {scale} {:?}", lost.total);
+        let [low, high] = lost.total.interval;
+        assert!(
+            low <= gap && gap <= high && high - low < 0.15 * gap,
+            "{late_s} {scale}: {lost:?}"
+        );
+    }
+}
+
 /// At one speed it looks the same: the interval holds it, or the loss is refused with what would tell it.
 #[test]
 fn lateness_at_one_speed_is_held_or_refused() {

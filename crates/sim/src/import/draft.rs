@@ -203,6 +203,39 @@ impl DraftAxis {
         })
     }
 
+    /// What a key of the axis in the machine file was made of: `limits.velocity_mm_s`.
+    fn told(&self, key: &str) -> Option<&Told> {
+        let stepper = self.stepper.as_ref();
+        let is_of = |part: &str| key.contains(part);
+        let told = if is_of("velocity_") {
+            &self.velocity
+        } else if is_of("acceleration_") {
+            &self.acceleration
+        } else if is_of("jerk_") {
+            &self.jerk
+        } else if is_of("limits.min_") {
+            &self.min
+        } else if is_of("limits.max_") {
+            &self.max
+        } else if is_of("gap_") {
+            &self.gap
+        } else if is_of("following_error") && self.following_error.is_some() {
+            &self.following_error
+        } else if is_of("standstill_error") && self.standstill_error.is_some() {
+            &self.standstill_error
+        } else if is_of("current_") {
+            &stepper?.peak_current_a
+        } else {
+            // Travel of a turn, counts of a turn, steps as an error: of the steps.
+            let stepper = stepper?;
+            return stepper
+                .per_turn
+                .as_ref()
+                .or(stepper.steps_per_unit.as_ref());
+        };
+        told.as_ref()
+    }
+
     /// The place of a quantity. Those of a stepper make the axis one.
     fn slot(&mut self, quantity: Quantity) -> &mut Option<Told> {
         match quantity {
@@ -291,6 +324,16 @@ impl Draft {
             expected: Vec::new(),
             rows: Vec::new(),
         }
+    }
+
+    /// What a key of the machine file was made of, where the file that was read told it: `axis.x.limits.jerk_mm_s3`.
+    pub(super) fn told(&self, key: &str) -> Option<&Told> {
+        let (letter, own) = key.strip_prefix("axis.")?.split_once('.')?;
+        let axis = self
+            .axes
+            .iter()
+            .find(|axis| letter.eq_ignore_ascii_case(&axis.id.letter().to_string()))?;
+        axis.told(own)
     }
 
     /// The axes of the control's joints as a machine file has them; `None` where they are not told,

@@ -79,19 +79,30 @@ pub(super) fn machine(
     positions(&draft, &travel, &mut toml, &mut rows)?;
     gantry::table(&draft, &travel, &mut axes, &mut rows);
     toml.push_str(&axes);
-    // Read back like any machine file. The lines of a problem would be those of the generated
-    // text, which is not at hand then.
-    match Machine::from_stable_toml(file, &toml) {
-        Ok(_) => Ok(Imported { toml, rows }),
-        Err(error) => Err(error
-            .problems
-            .into_iter()
-            .map(|found| Problem {
-                line: 1,
-                column: 1,
-                ..found
-            })
-            .collect()),
+    // Read back like any machine file. The lines of a problem would be those of the generated text, which is not at
+    // hand then: it is of the line that its key was made of.
+    Machine::from_stable_toml(file, &toml)
+        .map(|_| Imported { toml, rows })
+        .map_err(|error| {
+            let found = error.problems.into_iter();
+            found.map(|problem| placed(problem, &draft)).collect()
+        })
+}
+
+/// A problem of the machine file at the line that was read.
+fn placed(found: Problem, draft: &Draft) -> Problem {
+    let Some(told) = draft.told(&found.key) else {
+        return Problem {
+            line: 1,
+            column: 1,
+            ..found
+        };
+    };
+    Problem {
+        line: u32::try_from(told.line).unwrap_or(u32::MAX),
+        column: 1,
+        message: format!("{}, by {} = {}", found.message, told.from, told.value),
+        ..found
     }
 }
 

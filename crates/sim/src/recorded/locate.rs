@@ -191,17 +191,21 @@ pub(super) fn locate(
     Ok(search.whole(found, &points, record))
 }
 
+/// Noise, in parts of the way from one row to the next, from which on rows are too far apart. A choice.
+const NOISE_SHARE: f64 = 0.1;
+
 /// Why a record has too few points: it rests, or goes so far from row to row that it looks like noise.
 fn few_points(points: &[Point], record: &[[f64; 3]], error_mm: f64) -> SimError {
     let ways = record.windows(2).map(|pair| norm(sub(pair[1], pair[0])));
     let way_mm = quantile(ways.collect(), 0.5);
-    if way_mm > STEP_MM.max(error_mm) {
+    // What bends between rows that are far apart passes for noise.
+    if way_mm > STEP_MM && error_mm > NOISE_SHARE * way_mm {
         return SimError::refused(
             format!(
                 "the rows of the log are too far apart to tell where in the program they are: {} mm from one to the next",
                 short(way_mm)
             ),
-            "log at 100 Hz or more",
+            "log at 100 Hz or more; at that rate positions that jump so far are noise",
         );
     }
     let what = format!(

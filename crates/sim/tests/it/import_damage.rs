@@ -132,3 +132,28 @@ fn a_value_that_is_no_number_says_so() {
         all
     });
 }
+
+/// The machine file that is made of them is not at hand: its ranges are told of the lines that were read.
+#[test]
+fn values_out_of_range_are_told_at_the_lines_that_they_were_read_in() {
+    let ini = "[KINS]\nKINEMATICS = trivkins coordinates=X\nJOINTS = 1\n[TRAJ]\nCOORDINATES = X\nLINEAR_UNITS = mm\n[JOINT_0]\nTYPE = LINEAR\nMAX_VELOCITY = 1e30\nMAX_ACCELERATION = 500\nBACKLASH = 5000\nMIN_LIMIT = 0\nMAX_LIMIT = 300\n";
+    let grbl = "$22=1\n$100=1e99\n$101=250\n$102=250\n$110=3000\n$111=3000\n$112=800\n$120=200\n$121=200\n$122=100\n$130=300\n$131=300\n$132=80\n";
+    for (format, text, lines) in [
+        (
+            "linuxcnc",
+            ini,
+            [
+                "file:9:1: axis.x.limits.velocity_mm_s: ",
+                "file:11:1: axis.x.",
+            ]
+            .as_slice(),
+        ),
+        ("grbl", grbl, &["file:2:1: axis.x.transmission.linear."]),
+    ] {
+        let said = read(format, text).unwrap_err();
+        println!("{said}");
+        for line in lines {
+            assert!(said.contains(line), "{line} is not in {said}");
+        }
+    }
+}
