@@ -188,8 +188,13 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
         late,
         target: Target::Difference,
     };
-    let of_lateness = of_lateness(rows, look.length(), own);
-    let of_scale = of_scale(rows, look.length(), own);
+    let most_late_s = match late {
+        Late::Presumed(most_s) => most_s,
+        Late::Told => 0.0,
+    };
+    let of_lateness = made_of(rows, look.length(), own, (Target::Speed, most_late_s));
+    let unseen_scale = (Target::Place, rows.log.unseen_scale);
+    let of_scale = made_of(rows, look.length(), own, unseen_scale);
     let plain = look.figure(found, |x| x[STEP] + x[ALONG]);
     // Where a load stands within its noise hangs on where it comes from.
     let rounding = rows.unspread(look.length(), within);
@@ -234,32 +239,19 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
     })
 }
 
-/// What presumed lateness makes of the coefficients at most: they are linear in the difference of motor and
-/// load.
-fn of_lateness(rows: &Rows<'_>, length: f64, own: RowsOf) -> [f64; COEFFICIENTS] {
-    let Late::Presumed(most_s) = own.late else {
-        return [0.0; COEFFICIENTS];
-    };
-    let own = RowsOf {
-        target: Target::Speed,
-        ..own
-    };
-    let of_speed = rows.fit(length, own);
-    of_speed.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most_s * x))
-}
-
-/// What the largest scale of the load that may be unseen makes of the coefficients.
-fn of_scale(rows: &Rows<'_>, length: f64, own: RowsOf) -> [f64; COEFFICIENTS] {
-    let unseen = rows.log.unseen_scale;
-    if unseen == 0.0 {
+/// What so much of the speed or the place, unseen in the difference of motor and load, makes of the coefficients at
+/// most: they are linear in it.
+fn made_of(
+    rows: &Rows<'_>,
+    length: f64,
+    own: RowsOf,
+    (target, most): (Target, f64),
+) -> [f64; COEFFICIENTS] {
+    if most == 0.0 {
         return [0.0; COEFFICIENTS];
     }
-    let own = RowsOf {
-        target: Target::Place,
-        ..own
-    };
-    let of_place = rows.fit(length, own);
-    of_place.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| unseen * x))
+    let fit = rows.fit(length, RowsOf { target, ..own });
+    fit.map_or([0.0; COEFFICIENTS], |fit| fit.x.map(|x| most * x))
 }
 
 /// Refuses a loss that is none: one below zero, above the load's range of travel, or within what is unseen.

@@ -207,11 +207,11 @@ impl DraftAxis {
     fn told(&self, key: &str) -> Option<&Told> {
         let stepper = self.stepper.as_ref();
         let is_of = |part: &str| key.contains(part);
-        let told = if is_of("velocity_") {
+        let told = if is_of("limits.velocity_") {
             &self.velocity
-        } else if is_of("acceleration_") {
+        } else if is_of("limits.acceleration_") {
             &self.acceleration
-        } else if is_of("jerk_") {
+        } else if is_of("limits.jerk_") {
             &self.jerk
         } else if is_of("limits.min_") {
             &self.min
