@@ -31,7 +31,14 @@ impl<'a> Document<'a> {
         // place.
         document.text = &changed.text;
         let mut problems = Vec::new();
-        for change in &changed.changes {
+        // What is said of a gantry's second end alone comes last: until then it is like the first.
+        let of_second =
+            |change: &&PlacedChange| changed.text[change.key.clone()].starts_with(SECOND_END);
+        let (last, first): (Vec<_>, Vec<_>) = changed.changes.iter().partition(of_second);
+        for change in first.into_iter().chain(last) {
+            if of_second(&change) {
+                own_second_end(&mut document.root, change);
+            }
             document
                 .given
                 .push((change.key.start..change.value.end, change.name.clone()));
@@ -220,6 +227,55 @@ impl ChangedText {
 
 /// Most tables in a key, twice as many as the longest has. A choice.
 const MOST_KEY_PARTS: usize = 16;
+
+/// Tables of a gantry's second end.
+const SECOND_END: &str = "gantry.second.";
+
+/// Gives a gantry's second end tables of its own, if it has none: those of the first end, with the
+/// gap that is told of the second. What is missing or of another kind is told where the file is read.
+fn own_second_end(root: &mut DeTable<'_>, change: &PlacedChange) {
+    let Some(like_first) = root
+        .get("gantry")
+        .and_then(|gantry| gantry.get_ref().as_table()?.get("axis"))
+        .and_then(|axis| {
+            root.get("axis")?
+                .get_ref()
+                .as_table()?
+                .get(axis.get_ref().as_str()?)
+        })
+        .and_then(|axis| axis.get_ref().as_table())
+        .cloned()
+    else {
+        return;
+    };
+    let Some(gantry) = table_in(root, "gantry") else {
+        return;
+    };
+    if gantry.contains_key("second") {
+        return;
+    }
+    let mut second = like_first;
+    second.remove("limits");
+    if let Some(gap) = gantry.get("second_gap_um").cloned() {
+        let Some(slide) = table_in(&mut second, "load").and_then(|load| table_in(load, "slide"))
+        else {
+            return;
+        };
+        slide.remove("gap_um");
+        slide.insert(Spanned::new(gap.span(), "gap_um".into()), gap);
+        gantry.remove("second_gap_um");
+    }
+    let second = Spanned::new(change.key.clone(), DeValue::Table(second));
+    gantry.insert(Spanned::new(change.key.clone(), "second".into()), second);
+}
+
+/// A table in a table.
+fn table_in<'t, 'a>(table: &'t mut DeTable<'a>, name: &str) -> Option<&'t mut DeTable<'a>> {
+    match table.get_mut(name)?.get_mut() {
+        DeValue::Table(inner) => Some(inner),
+        _ => None,
+    }
+}
 
 /// Puts a change into a table; why it cannot be, with a hint.
 fn put<'a>(

@@ -3,6 +3,7 @@
 //! ```text
 //! cutting  samples -> forces on the loads                          (cutting.rs)
 //! variant  the machine with a compensator, or without a gap         (variant.rs)
+//! lane     each drive of each variant at the start, and who is stepped with whom   (lane.rs)
 //! bank     samples -> load positions, every axis, every variant    (bank.rs, outputs.rs)
 //! crew     variants whose axes are stepped together                (crew.rs)
 //! guard    what drives foresee -> whether they may correct        (guard.rs)
@@ -26,6 +27,7 @@ mod crew;
 mod cutting;
 mod frame;
 mod guard;
+mod lane;
 mod monitor;
 mod outputs;
 mod recorder;
@@ -36,10 +38,10 @@ mod skips;
 mod stepper;
 mod variant;
 
-pub use bank::SETTLE_S;
 pub(crate) use collect::unseen_gaps;
 pub use frame::Frame;
 pub(crate) use guard::Rehearsals;
+pub use lane::SETTLE_S;
 pub(crate) use outputs::Kept;
 pub(crate) use rehearsal::Rehearser;
 pub(crate) use stepper::Stepper;

@@ -2,7 +2,7 @@
 
 use lostmotion_base::AxisId;
 use lostmotion_drive::config::Load;
-use lostmotion_sim::machine::{Machine, presets};
+use lostmotion_sim::machine::{Change, Machine, presets};
 use lostmotion_sim::{
     ContourPoint, Observer, Program, SimulateOptions, Simulation, results::SingleRun,
 };
@@ -295,4 +295,43 @@ fn a_load_that_rests_between_its_flanks_is_not_thrown() {
         .unwrap();
     let [none, adaptive] = [0, 1].map(|index: usize| run.results[index].cutting);
     assert!(adaptive.max < none.max && adaptive.rms < 0.5 * none.rms);
+}
+
+/// A second end that is described by its gap alone has tables of its own as soon as one of its values
+/// is changed: those of the first as they are changed, too, whatever the order.
+#[test]
+fn a_value_of_the_second_end_alone_can_be_changed() {
+    let change = |(key, value): (&str, &str)| Change {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        name: format!("--set {key}={value}"),
+    };
+    let changed = |changes: &[(&str, &str)]| {
+        let changes: Vec<Change> = changes.iter().copied().map(change).collect();
+        Machine::from_changed_toml("g.toml", text(), &changes)
+    };
+    let drag = ("gantry.second.motor.coulomb_nm", "0.3");
+    let gap = ("gantry.second.load.slide.gap_um", "40.0");
+    let both = ("axis.y.motor.viscous_nm_s_per_rad", "0.004");
+    for changes in [[drag, gap, both], [both, gap, drag]] {
+        let machine = changed(&changes).expect("a machine");
+        let [first, second] = ["y", "y2"].map(|name| machine.drive(name).expect(name));
+        assert_eq!(
+            [first, second].map(|end| end.motor.viscous_nm_s_per_rad),
+            [0.004; 2]
+        );
+        assert!(first.motor.coulomb_nm < 0.3 && second.motor.coulomb_nm == 0.3);
+        assert!((first.gap_in_unit() - 0.01).abs() < 1e-12);
+        assert!((second.gap_in_unit() - 0.04).abs() < 1e-12);
+    }
+    // What is told of its gap otherwise stays.
+    let machine = changed(&[drag]).expect("a machine");
+    assert!((machine.drive("y2").expect("y2").gap_in_unit() - 0.025).abs() < 1e-12);
+    let refused = changed(&[("gantry.second.motor.coulomb", "0.3")]).expect_err("no such key");
+    assert!(
+        refused
+            .to_string()
+            .contains("--set gantry.second.motor.coulomb=0.3"),
+        "{refused}"
+    );
 }
