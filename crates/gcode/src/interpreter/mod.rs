@@ -13,6 +13,7 @@ mod profile;
 mod quick;
 mod run;
 mod salvage;
+mod start;
 
 use crate::codes::CodeRow;
 use crate::config::{InterpreterConfig, MCodeUse};
@@ -22,17 +23,16 @@ use crate::exec::Jump;
 use crate::exec::words::Words;
 use crate::limits::Limits;
 use crate::ops::{CanonicalOp, SourcedOp};
-use crate::parameters::{HIGHEST, MACRO_LOCALS, Parameters, View};
+use crate::parameters::{Parameters, View};
 use crate::problem::Problem;
 use crate::provenance::{CallStacks, SubroutineLoader};
 use crate::source::Place;
-use crate::state::{Saved, State, convert};
+use crate::state::{Saved, State};
 use crate::syntax::evaluate::{evaluate, valued};
 use crate::syntax::{Block, Text, Value, Word};
 use crate::tool_table::ToolTable;
 use flow::Flow;
 use lostmotion_base::span::{BlockRef, Span};
-use lostmotion_base::units::deg;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -123,59 +123,9 @@ pub struct Interpreter {
 impl Interpreter {
     /// An interpreter in its initial state.
     pub fn new(config: InterpreterConfig) -> Interpreter {
-        let mut parameters = Parameters::new(config.limits.named_parameters);
-        parameters.vacants = config.leniencies.has(Leniency::Vacant);
-        if config.dialect.is_fanuc() || config.leniencies.has(Leniency::ExtraSystems) {
-            parameters.add_control_variables();
-        }
-        if config.dialect.is_fanuc() {
-            parameters.locals = MACRO_LOCALS;
-        }
-        // Stored parameters come first: work systems, G92 and homes are read from them below.
-        for &(number, value) in &config.parameters {
-            if number <= HIGHEST && value.is_finite() {
-                parameters.put(number, value);
-            }
-        }
-        for (name, value) in &config.told {
-            match name.parse::<u16>() {
-                Ok(number) => parameters.put(number, *value),
-                Err(_) => parameters.put_told(name.as_bytes(), *value),
-            }
-        }
-        let mut state = State::new(config.program_units);
-        // The power-on state of these controls is G98, that of LinuxCNC G99.
-        state.retract_to_start = config.dialect.is_fanuc();
-        // The configuration is in mm and rad, the interpreter in program units and degrees.
-        let start: [f64; 9] = std::array::from_fn(|i| {
-            if (3..6).contains(&i) {
-                deg(config.start.0[i])
-            } else {
-                config.start.0[i]
-            }
-        });
-        let unit = |position| convert(&position, config.machine_units, config.program_units);
-        let system = parameters.get(crate::parameters::SYSTEM);
-        state.system = if (1.0..=9.0).contains(&system) {
-            system as u16
-        } else {
-            1
-        };
-        // Offsets in force at the start, as the control's memory has them.
-        let first = crate::parameters::system_parameter(state.system);
-        let origin = crate::exec::registers::origin(&parameters, &config, state.system);
-        state.offsets.g5x = unit(origin);
-        state.offsets.rotation_deg = parameters.get(first + 9);
+        let mut parameters = start::parameters(&config);
+        let state = start::state(&config, &parameters);
         dialects::note_start(&mut parameters, &config, &state);
-        if parameters.get(crate::parameters::G92_ACTIVE) != 0.0 {
-            state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
-        }
-        // The machine's place is given; the program coordinates follow from the offsets.
-        state.current = state.offsets.to_program(&convert(
-            &start,
-            crate::ops::Units::Mm,
-            config.program_units,
-        ));
         let accepted = config.leniencies;
         // RS274/NGC with its own leniencies takes the fast path.
         let special = config.dialect != Dialect::LinuxCnc
