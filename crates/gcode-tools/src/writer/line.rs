@@ -14,6 +14,13 @@ pub(super) struct Line {
     pub(super) ops: usize,
 }
 
+impl Line {
+    /// The block of one operation.
+    fn one(text: String) -> Line {
+        Line { text, ops: 1 }
+    }
+}
+
 /// The first blocks of every program.
 pub(super) fn head(frame: &Frame) -> [String; 3] {
     let system = Dialect::LinuxCnc.system_name(u16::from(frame.system));
@@ -33,7 +40,6 @@ pub(super) fn head(frame: &Frame) -> [String; 3] {
 pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Option<Line> {
     use CanonicalOp as O;
     let (first, rest) = ops.split_first()?;
-    let one = |text: String| Some(Line { text, ops: 1 });
     // The program's end first: M2 makes several operations that have blocks of their own.
     if let Some(ops) = end(ops) {
         return Some(Line {
@@ -48,68 +54,31 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             .first()
             .and_then(|next| in_step(next, *pitch, state))
             .map(|text| Line { text, ops: 2 }),
-        O::StopSpeedFeedSync => one(String::new()),
+        O::StopSpeedFeedSync => Some(Line::one(String::new())),
         O::StraightFeed(_) | O::RigidTap(_) => match sync {
-            Some(pitch) => one(in_step(first, pitch, state)?),
-            None => one(motion(first, state)?),
-        },
-        O::StraightTraverse(_) | O::ArcFeed(_) | O::StraightProbe(_) => one(motion(first, state)?),
-        O::NurbsFeed(feed) => one(curve(feed)?),
-        // G64 P Q sets both tolerances in one block; the second operation may be missing if it
-        // changes nothing.
+            Some(pitch) => in_step(first, pitch, state),
+            None => motion(first, state),
+        }
+        .map(Line::one),
+        O::StraightTraverse(_) | O::ArcFeed(_) | O::StraightProbe(_) => {
+            motion(first, state).map(Line::one)
+        }
+        O::NurbsFeed(feed) => curve(feed).map(Line::one),
         O::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
-            let merge = match rest.first() {
-                Some(O::SetNaiveCamTolerance(merge)) => Some(*merge),
-                _ => None,
-            };
-            let ops = 1 + usize::from(merge.is_some());
-            Some(Line {
-                text: format!(
-                    "G64 P{tolerance} Q{}",
-                    merge.unwrap_or(state.merge_tolerance)
-                ),
-                ops,
-            })
+            Some(continuous(*tolerance, rest, state))
         }
         O::SetNaiveCamTolerance(merge) => match state.path_control {
-            PathControl::Continuous { tolerance } => one(format!("G64 P{tolerance} Q{merge}")),
+            PathControl::Continuous { tolerance } => Some(Line::one(g64(tolerance, *merge))),
             _ => None,
         },
         O::SetSpindleMode {
             spindle: 0,
             highest,
-        } if *highest > 0.0 => {
-            // G96 needs an S on its line: the one that follows, or the speed in force.
-            let next = rest.first().and_then(|next| {
-                if let O::SetSpindleSpeed { spindle: 0, speed } = next {
-                    Some(*speed)
-                } else {
-                    None
-                }
-            });
-            // Without D there is no limit, which the interpreter writes as 1e30.
-            let limit = if *highest >= 1e30 {
-                String::new()
-            } else {
-                format!(" {}", word('D', *highest))
-            };
-            let ops = 1 + usize::from(next.is_some());
-            Some(Line {
-                text: format!(
-                    "G96{limit} {}",
-                    word('S', next.unwrap_or(state.spindle.speed))
-                ),
-                ops,
-            })
+        } if *highest > 0.0 => Some(surface_speed(*highest, rest, state)),
+        O::SetSpindleSpeed { spindle: 0, speed } => spindle_speed(*speed, rest, state),
+        O::SetSpindleSpeed { spindle, speed } => {
+            Some(Line::one(format!("{} ${spindle}", word('S', *speed))))
         }
-        O::SetSpindleSpeed { spindle: 0, speed } => match rest.first() {
-            Some(start @ O::StartSpindle { spindle: 0, .. }) => Some(Line {
-                text: format!("{} {}", setting(start, state)?, word('S', *speed)),
-                ops: 2,
-            }),
-            _ => one(word('S', *speed)),
-        },
-        O::SetSpindleSpeed { spindle, speed } => one(format!("{} ${spindle}", word('S', *speed))),
         O::StartChange => change(rest).map(|ops| Line {
             text: "M6".to_owned(),
             ops: 1 + ops,
@@ -125,26 +94,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             degrees,
             way,
             ..
-        } => {
-            // M19 with Q orients and waits: two operations, one block.
-            let wait = rest.first().and_then(|next| {
-                if let O::WaitOrient { seconds, .. } = next {
-                    Some(*seconds)
-                } else {
-                    None
-                }
-            });
-            let way = way.number();
-            let text = format!(
-                "M19 R{degrees} P{way}{}{}",
-                wait.map_or(String::new(), |seconds| format!(" Q{seconds}")),
-                numbered(*spindle)
-            );
-            Some(Line {
-                text,
-                ops: 1 + usize::from(wait.is_some()),
-            })
-        }
+        } => Some(orient(*spindle, *degrees, way.number(), rest)),
         // M9 switches both off; M7 and M8 switch on singly.
         O::Mist(false) => Some(Line {
             text: "M9".to_owned(),
@@ -154,7 +104,64 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             text: "M60".to_owned(),
             ops: 2.min(ops.len()),
         }),
-        other => one(setting(other, state)?),
+        other => setting(other, state).map(Line::one),
+    }
+}
+
+/// G64 P Q sets both tolerances in one block; the second operation may be missing if it changes nothing.
+fn continuous(tolerance: f64, rest: &[&CanonicalOp], state: &State) -> Line {
+    match rest.first() {
+        Some(CanonicalOp::SetNaiveCamTolerance(merge)) => Line {
+            text: g64(tolerance, *merge),
+            ops: 2,
+        },
+        _ => Line::one(g64(tolerance, state.merge_tolerance)),
+    }
+}
+
+fn g64(tolerance: f64, merge: f64) -> String {
+    format!("G64 P{tolerance} Q{merge}")
+}
+
+/// Constant surface speed up to a highest speed of the spindle. G96 needs an S on its line: the one that
+/// follows, or the speed in force.
+fn surface_speed(highest: f64, rest: &[&CanonicalOp], state: &State) -> Line {
+    // Without D there is no limit, which the interpreter writes as 1e30.
+    let limit = if highest >= 1e30 {
+        String::new()
+    } else {
+        format!(" {}", word('D', highest))
+    };
+    let (speed, ops) = match rest.first() {
+        Some(CanonicalOp::SetSpindleSpeed { spindle: 0, speed }) => (*speed, 2),
+        _ => (state.spindle.speed, 1),
+    };
+    Line {
+        text: format!("G96{limit} {}", word('S', speed)),
+        ops,
+    }
+}
+
+/// A speed of spindle 0, on the line of its start if that follows.
+fn spindle_speed(speed: f64, rest: &[&CanonicalOp], state: &State) -> Option<Line> {
+    match rest.first() {
+        Some(start @ CanonicalOp::StartSpindle { spindle: 0, .. }) => Some(Line {
+            text: format!("{} {}", setting(start, state)?, word('S', speed)),
+            ops: 2,
+        }),
+        _ => Some(Line::one(word('S', speed))),
+    }
+}
+
+/// M19 with Q orients and waits: two operations, one block.
+fn orient(spindle: u8, degrees: f64, way: u8, rest: &[&CanonicalOp]) -> Line {
+    let (wait, ops) = match rest.first() {
+        Some(CanonicalOp::WaitOrient { seconds, .. }) => (format!(" Q{seconds}"), 2),
+        _ => (String::new(), 1),
+    };
+    Line {
+        text: format!("M19 R{degrees} P{way}{wait}{}", numbered(spindle)),
+        ops,
     }
 }
 
@@ -186,10 +193,7 @@ fn feed(
             text: format!("{mode}{motion} {rate}"),
             ops: 2,
         },
-        None => Line {
-            text: format!("{mode}{rate}"),
-            ops: 1,
-        },
+        None => Line::one(format!("{mode}{rate}")),
     })
 }
 
