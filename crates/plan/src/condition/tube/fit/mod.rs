@@ -6,56 +6,21 @@
 //! banded system in the coefficients, the axes coupled. Slack times multiplier is aimed at the same
 //! part of the bending around each site, so that gentle stretches are found as well as sharp ones.
 
+mod descent;
 mod share;
 mod site;
 
 use super::spline::{Breaks, ORDER, combined};
-use lostmotion_base::linalg::solve_banded;
-use lostmotion_base::vec::{Vec3, along, dot};
+use descent::Descent;
+use lostmotion_base::vec::{Vec3, dot};
 use share::Share;
 pub(super) use site::Site;
 use std::ops::Range;
 
-/// Most steps of one fit. A choice: 6 to 15 are needed.
-const MAX_STEPS: usize = 40;
-/// The same for a part of the curve. A choice: 2 to 15 are needed where what lies beyond leaves enough
-/// freedom.
-const MAX_PART_STEPS: usize = 24;
-/// Slack times multiplier at which the steps end, as a part of the bending around a site. A choice:
-/// a tenth of it changes no time by more than 0.2 %.
-const GAP_PART: f64 = 0.02;
-/// Square of the distance from a site, in units of its radius, at which the steps may end. A choice:
-/// the radius is aimed at with more room than that.
-const KEPT_SQUARE: f64 = 1.01;
-/// Part of the way to the nearest bound that a step goes at most. A choice, as usual.
-const STEP_PART: f64 = 0.98;
-/// Factor on slack times multiplier that a step aims at where the last one went its full length. A
-/// choice.
-const CENTERING: f64 = 0.15;
-/// Least slack times multiplier that is aimed at, in units of that at which the steps end. A choice.
-const LEAST_TARGET: f64 = 0.3;
-/// Length of a step, as a part of the full one, from which on it counts as full. A choice.
-const FULL_STEP: f64 = 0.9;
-/// Part of what is to be least by which the last step may change it, for a full step. A choice: less takes
-/// more steps and changes no time.
-const SETTLED_PART: f64 = 0.03;
-/// How often a step is halved, and the factor by which what is to be least may rise with it: where sites
-/// are missed it has to. A choice.
-const MAX_HALVINGS: usize = 6;
-const MOST_RISE: f64 = 8.0;
 /// Part of an interval's bending that counts on the next one. A choice.
 const SPREAD: f64 = 0.3;
 /// Least bending of an interval, as a part of all. A choice: keeps a straight stretch regular.
 const LEAST_BENDING: f64 = 1e-9;
-/// Slack of a site that begins outside of its radius, in units of r^2. A choice.
-const FIRST_SLACK: f64 = 0.1;
-
-/// What a step changes at a site.
-#[derive(Clone, Copy, Debug)]
-struct Change {
-    slack: f64,
-    multiplier: f64,
-}
 
 /// What is to be least: a convex function of the third derivative, times the width of the interval.
 pub(super) trait Bending {
@@ -185,144 +150,26 @@ impl<B: Bending> Fit<'_, B> {
                 || sites.iter().any(|site| site.place[axis] != first)
         };
         match [0, 1, 2].map(moves) {
-            [_, _, false] => self.steps::<2, 8>([0, 1], part, coefficients, sites),
-            [_, false, _] => self.steps::<2, 8>([0, 2], part, coefficients, sites),
-            [false, _, _] => self.steps::<2, 8>([1, 2], part, coefficients, sites),
-            _ => self.steps::<3, 12>([0, 1, 2], part, coefficients, sites),
+            [_, _, false] => Descent::<B, 2, 8>::new(self, [0, 1], part, coefficients, sites).run(),
+            [_, false, _] => Descent::<B, 2, 8>::new(self, [0, 2], part, coefficients, sites).run(),
+            [false, _, _] => Descent::<B, 2, 8>::new(self, [1, 2], part, coefficients, sites).run(),
+            _ => Descent::<B, 3, 12>::new(self, [0, 1, 2], part, coefficients, sites).run(),
         }
     }
 
-    /// The same over the axes that move; W is N times the order.
-    fn steps<const N: usize, const W: usize>(
-        &self,
-        axes: [usize; N],
-        part: Range<usize>,
-        coefficients: &mut [Vec3],
-        sites: &mut [Site],
-    ) -> bool {
-        let mut bending = self.bending(&part, coefficients);
-        let mut changed = f64::INFINITY;
-        let mut offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
-        for (site, off) in sites.iter_mut().zip(&offs) {
-            // What is new begins with the bending around it.
-            if site.multiplier == 0.0 {
-                site.multiplier = bending[site.interval - part.start] / site.square();
-                site.slack = site.missing(off).max(FIRST_SLACK * site.square());
-            }
-        }
-        // Coefficients that may move: those that no interval beyond has.
-        let moves = if part.start == 0 {
+    /// Coefficients that may move where a part is fitted: those that no interval beyond has.
+    fn moves(&self, part: &Range<usize>) -> Range<usize> {
+        let start = if part.start == 0 {
             self.free.start
         } else {
             part.start + ORDER - 1
-        }..if part.end == self.breaks.intervals() {
+        };
+        let end = if part.end == self.breaks.intervals() {
             self.free.end
         } else {
             part.end
         };
-        let count = (part.len() + ORDER - 1) * N;
-        let (mut rows, mut right) = (vec![[0.0; W]; count], vec![[0.0; 1]; count]);
-        let free = (moves.start - part.start) * N..(moves.end - part.start) * N;
-        let mut step = vec![[0.0; 3]; coefficients.len()];
-        let mut start = coefficients.to_vec();
-        let mut changes = Vec::with_capacity(sites.len());
-        let mut last_length = 1.0_f64;
-        let most = if part.len() < self.breaks.intervals() {
-            MAX_PART_STEPS
-        } else {
-            MAX_STEPS
-        };
-        for _ in 0..most {
-            let (mut sum, mut all, mut farthest) = (0.0, 0.0, 0.0_f64);
-            for (site, off) in sites.iter().zip(&offs) {
-                sum += site.multiplier * site.slack;
-                all += bending[site.interval - part.start];
-                farthest = farthest.max(dot(*off, site.counted(off)) / site.square());
-            }
-            let gap = sum / all;
-            let settled = B::IS_SQUARE || changed <= self.rough * SETTLED_PART * all * last_length;
-            if gap <= self.rough * GAP_PART && farthest <= KEPT_SQUARE && settled {
-                return true;
-            }
-            // The gap closes no faster than the steps get on, and no further than is asked for: at a
-            // site that is nearly touched a narrower one is reached in short steps alone.
-            let centering = if last_length > FULL_STEP {
-                CENTERING
-            } else {
-                (1.0 - last_length).max(CENTERING)
-            };
-            let target = (centering * gap).max(LEAST_TARGET * self.rough * GAP_PART);
-            rows.fill([0.0; W]);
-            right.fill([0.0]);
-            let mut these = sites.iter().zip(&offs).peekable();
-            for (k, bending) in part.clone().zip(&bending) {
-                let mut share = self.bent::<N>(axes, k, &coefficients[k..k + ORDER]);
-                while let Some((site, off)) = these.next_if(|(site, _)| site.interval == k) {
-                    share.add(site, axes, off, target * bending);
-                }
-                for rail in &self.rails {
-                    // Each in the one interval that holds the coefficient and no other of the kind.
-                    let is_first = rail.coefficient < ORDER && k == 0;
-                    let is_last = rail.coefficient >= ORDER && k + 1 == self.breaks.intervals();
-                    if is_first || is_last {
-                        let p = rail.coefficient - k;
-                        share.hold(rail, axes, p, &coefficients[rail.coefficient]);
-                    }
-                }
-                let row = (k - part.start) * N;
-                share.gather(&mut rows[row..], &mut right[row..]);
-            }
-            // What is given takes no step: its rows and columns are left out.
-            solve_banded(&mut rows[free.clone()], &mut right[free.clone()]);
-            for (step, solved) in step[moves.clone()]
-                .iter_mut()
-                .zip(right[free.clone()].chunks_exact(N))
-            {
-                for (axis, value) in axes.iter().zip(solved) {
-                    step[*axis] = value[0];
-                }
-            }
-            // As far as slacks and multipliers stay positive.
-            let mut length = 1.0_f64;
-            changes.clear();
-            for (site, off) in sites.iter().zip(&offs) {
-                let slack = site.missing(off) - dot(site.counted(off), site.at(&step));
-                let target = target * bending[site.interval - part.start];
-                let multiplier = (target - site.multiplier * (site.slack + slack)) / site.slack;
-                for (value, change) in [(site.slack, slack), (site.multiplier, multiplier)] {
-                    if change < 0.0 {
-                        length = length.min(-STEP_PART * value / change);
-                    }
-                }
-                changes.push(Change { slack, multiplier });
-            }
-            let before: f64 = bending.iter().sum();
-            start.copy_from_slice(coefficients);
-            for _ in 0..=MAX_HALVINGS {
-                for j in moves.clone() {
-                    coefficients[j] = along(start[j], step[j], length);
-                }
-                bending = self.bending(&part, coefficients);
-                // A high power rises out of all proportion where a step is too long.
-                if B::IS_SQUARE || bending.iter().sum::<f64>() <= MOST_RISE * before {
-                    break;
-                }
-                length *= 0.5;
-            }
-            if !coefficients.iter().flatten().all(|value| value.is_finite()) {
-                return false;
-            }
-            for ((site, off), change) in sites.iter_mut().zip(&mut offs).zip(&changes) {
-                site.slack += length * change.slack;
-                site.multiplier += length * change.multiplier;
-                *off = site.off(coefficients);
-                // Where there is more room than the slack says, it is taken.
-                site.slack += site.missing(off).max(0.0);
-            }
-            changed = (bending.iter().sum::<f64>() - before).abs();
-            last_length = length;
-        }
-        false
+        start..end
     }
 
     /// What is to be least over each interval, spread to its neighbours.
@@ -362,10 +209,30 @@ impl<B: Bending> Fit<'_, B> {
         }
         share
     }
+
+    /// Holds the coefficients of an interval that are on rails.
+    fn hold<const N: usize>(
+        &self,
+        share: &mut Share<N>,
+        axes: [usize; N],
+        k: usize,
+        coefficients: &[Vec3],
+    ) {
+        for rail in &self.rails {
+            // Each in the one interval that holds the coefficient and no other of the kind.
+            let is_first = rail.coefficient < ORDER && k == 0;
+            let is_last = rail.coefficient >= ORDER && k + 1 == self.breaks.intervals();
+            if is_first || is_last {
+                let p = rail.coefficient - k;
+                share.hold(rail, axes, p, &coefficients[p]);
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::descent::{GAP_PART, KEPT_SQUARE};
     use super::*;
 
     /// Between two sites aside of a line, the smoothest way touches both radii, and no admissible
