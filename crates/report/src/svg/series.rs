@@ -51,93 +51,137 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
         INK,
         Anchor::Start,
     );
-    let finite = || {
-        curves
-            .iter()
-            .flat_map(|c| &c.points)
-            .filter(|p| p[0].is_finite() && p[1].is_finite())
-    };
-    // Values that are not finite interrupt a curve and have no part in the ranges.
-    let (Some(x), Some(y)) = (
-        Range::of(finite().map(|p| p[0])),
-        Range::of(finite().map(|p| p[1])),
-    ) else {
+    let Some(plot) = Plot::of(curves, size, top) else {
         canvas.text([LEFT_PX, top], "no data", 13.0, SOFT, Anchor::Start);
         return canvas.finish(&picture.title);
     };
-    // A single point has no range to divide by.
-    let x = if x.span() > 0.0 { x } else { x.padded(0.0) };
-    let y = y.padded(0.05);
-    let (width, height) = (size[0] - LEFT_PX - RIGHT_PX, size[1] - top - BOTTOM_PX);
-    let place = |p: [f64; 2]| {
-        [
-            LEFT_PX + (p[0] - x.min) / x.span() * width,
-            top + (y.max - p[1]) / y.span() * height,
-        ]
-    };
     // The grid first: curves lie over it.
-    let grid = Stroke::new("#eef1f4", 1.0);
-    let (ticks, decimals) = x.ticks(8);
-    for tick in ticks {
-        let [px, _] = place([tick, y.min]);
-        canvas.line([px, top], [px, top + height], grid);
+    plot.grid(&mut canvas);
+    plot.frame(&mut canvas, picture);
+    for (index, (curve, place)) in curves.iter().zip(places).enumerate() {
+        let color = COLORS[index % COLORS.len()];
+        plot.curve(&mut canvas, curve, color);
+        sign(&mut canvas, &curve.name, place, color);
+    }
+    canvas.finish(&picture.title)
+}
+
+/// Where the curves lie in a picture, and the ranges that are shown there.
+struct Plot {
+    x: Range,
+    y: Range,
+    /// Of the picture, px.
+    size: [f64; 2],
+    /// Of the plot itself, px.
+    top: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Plot {
+    /// The plot that shows all of the curves; `None` where there is nothing to show.
+    fn of(curves: &[Series], size: [f64; 2], top: f64) -> Option<Plot> {
+        // Values that are not finite interrupt a curve and have no part in the ranges.
+        let finite = || {
+            curves
+                .iter()
+                .flat_map(|c| &c.points)
+                .filter(|p| p[0].is_finite() && p[1].is_finite())
+        };
+        let x = Range::of(finite().map(|p| p[0]))?;
+        let y = Range::of(finite().map(|p| p[1]))?;
+        Some(Plot {
+            // A single point has no range to divide by.
+            x: if x.span() > 0.0 { x } else { x.padded(0.0) },
+            y: y.padded(0.05),
+            size,
+            top,
+            width: size[0] - LEFT_PX - RIGHT_PX,
+            height: size[1] - top - BOTTOM_PX,
+        })
+    }
+
+    /// The pixel of a point.
+    fn place(&self, p: [f64; 2]) -> [f64; 2] {
+        [
+            LEFT_PX + (p[0] - self.x.min) / self.x.span() * self.width,
+            self.top + (self.y.max - p[1]) / self.y.span() * self.height,
+        ]
+    }
+
+    /// Lines at round values, with the values beside them.
+    fn grid(&self, canvas: &mut Canvas) {
+        let grid = Stroke::new("#eef1f4", 1.0);
+        let bottom = self.top + self.height;
+        let (ticks, decimals) = self.x.ticks(8);
+        for tick in ticks {
+            let [px, _] = self.place([tick, self.y.min]);
+            canvas.line([px, self.top], [px, bottom], grid);
+            canvas.text(
+                [px, bottom + 16.0],
+                &fixed(tick, decimals),
+                11.0,
+                SOFT,
+                Anchor::Middle,
+            );
+        }
+        let (ticks, decimals) = self.y.ticks(6);
+        for tick in ticks {
+            let [_, py] = self.place([self.x.min, tick]);
+            canvas.line([LEFT_PX, py], [LEFT_PX + self.width, py], grid);
+            canvas.text(
+                [LEFT_PX - 6.0, py + 4.0],
+                &fixed(tick, decimals),
+                11.0,
+                SOFT,
+                Anchor::End,
+            );
+        }
+    }
+
+    /// The frame and the labels of its axes.
+    fn frame(&self, canvas: &mut Canvas, picture: &SeriesPicture) {
+        canvas.frame(
+            [LEFT_PX, self.top],
+            [self.width, self.height],
+            Stroke::new(FAINT, 1.0),
+        );
         canvas.text(
-            [px, top + height + 16.0],
-            &fixed(tick, decimals),
-            11.0,
+            [LEFT_PX + 0.5 * self.width, self.size[1] - 14.0],
+            &picture.x_label,
+            12.0,
             SOFT,
             Anchor::Middle,
         );
+        let middle = self.top + 0.5 * self.height;
+        canvas.upright([18.0, middle], &picture.y_label, 12.0, SOFT);
     }
-    let (ticks, decimals) = y.ticks(6);
-    for tick in ticks {
-        let [_, py] = place([x.min, tick]);
-        canvas.line([LEFT_PX, py], [LEFT_PX + width, py], grid);
-        canvas.text(
-            [LEFT_PX - 6.0, py + 4.0],
-            &fixed(tick, decimals),
-            11.0,
-            SOFT,
-            Anchor::End,
-        );
-    }
-    canvas.frame([LEFT_PX, top], [width, height], Stroke::new(FAINT, 1.0));
-    canvas.text(
-        [LEFT_PX + 0.5 * width, size[1] - 14.0],
-        &picture.x_label,
-        12.0,
-        SOFT,
-        Anchor::Middle,
-    );
-    canvas.upright([18.0, top + 0.5 * height], &picture.y_label, 12.0, SOFT);
-    for (index, (curve, [legend_x, row])) in curves.iter().zip(places).enumerate() {
-        let color = COLORS[index % COLORS.len()];
+
+    /// A curve, in as many pieces as values that are not finite leave of it.
+    fn curve(&self, canvas: &mut Canvas, curve: &Series, color: &'static str) {
         for piece in curve
             .points
             .split(|p| !(p[0].is_finite() && p[1].is_finite()))
         {
             // Reduced in pixels: what counts is what can be seen.
-            let pixels: Vec<[f64; 2]> = piece.iter().map(|p| place(*p)).collect();
+            let pixels: Vec<[f64; 2]> = piece.iter().map(|p| self.place(*p)).collect();
             let line: Vec<[f64; 2]> = keep(&pixels, LEAST_DETAIL_PX)
                 .into_iter()
                 .map(|i| pixels[i])
                 .collect();
             canvas.polyline(&line, Stroke::new(color, 1.5));
         }
-        canvas.line(
-            [legend_x, row + 50.0],
-            [legend_x + 22.0, row + 50.0],
-            Stroke::new(color, 2.0),
-        );
-        canvas.text(
-            [legend_x + 28.0, row + 54.0],
-            &curve.name,
-            12.0,
-            INK,
-            Anchor::Start,
-        );
     }
-    canvas.finish(&picture.title)
+}
+
+/// A curve's sign in the legend, and its name.
+fn sign(canvas: &mut Canvas, name: &str, [x, row]: [f64; 2], color: &'static str) {
+    canvas.line(
+        [x, row + 50.0],
+        [x + 22.0, row + 50.0],
+        Stroke::new(color, 2.0),
+    );
+    canvas.text([x + 28.0, row + 54.0], name, 12.0, INK, Anchor::Start);
 }
 
 /// Where each curve's sign in the legend begins, and by how much its row is below the first.
