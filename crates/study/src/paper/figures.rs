@@ -29,6 +29,16 @@ struct Plot {
     zoom: Option<[f64; 2]>,
 }
 
+impl Plot {
+    /// From the first stop on, until the load has settled.
+    fn at_the_first_stop(self) -> Plot {
+        Plot {
+            zoom: Some([0.0, 0.4]),
+            ..self
+        }
+    }
+}
+
 /// Inertias of the paper's Tables 2 and 3.
 const MOTOR_KGM2: f64 = 0.00189;
 const LOAD_KGM2: f64 = 0.0065;
@@ -40,143 +50,166 @@ const LITERAL: usize = 2;
 
 /// The pictures of the paper, in its order.
 fn plots() -> Vec<Plot> {
-    let plot = |file, title, y_label, curves: &[Curve], zoom| Plot {
+    vec![
+        position(
+            "figure_03.svg",
+            "Figure 3: the load stops off the motor by half the gap",
+            NONE,
+        )
+        .at_the_first_stop(),
+        position(
+            "figure_07_position.svg",
+            "Figure 7: without compensation, position",
+            NONE,
+        ),
+        velocity(
+            "figure_07_velocity.svg",
+            "Figure 7: without compensation, velocity",
+            NONE,
+        ),
+        current(
+            "figure_07_current.svg",
+            "Figure 7: without compensation, current",
+            NONE,
+        ),
+        position(
+            "figure_08_position.svg",
+            "Figure 8: published compensation, position",
+            PUBLISHED,
+        ),
+        velocity(
+            "figure_08_velocity.svg",
+            "Figure 8: published compensation, velocity",
+            PUBLISHED,
+        ),
+        current(
+            "figure_08_current.svg",
+            "Figure 8: published compensation, current",
+            PUBLISHED,
+        ),
+        load_of_each_method().at_the_first_stop(),
+        error(),
+        backlash_angle(),
+        inertia(),
+        engagement(),
+    ]
+}
+
+/// Positions in a run.
+fn position(file: &'static str, title: &'static str, run: usize) -> Plot {
+    Plot {
         file,
         title,
-        y_label,
-        curves: curves.to_vec(),
-        zoom,
-    };
-    let position = |run| {
-        [
+        y_label: "position, rad",
+        curves: vec![
             ("reference", run, REFERENCE),
             ("motor", run, MOTOR),
             ("load", run, LOAD),
-        ]
-    };
-    let velocity = |run| -> [Curve; 3] {
-        [
+        ],
+        zoom: None,
+    }
+}
+
+/// Velocities in a run.
+fn velocity(file: &'static str, title: &'static str, run: usize) -> Plot {
+    Plot {
+        file,
+        title,
+        y_label: "velocity, rad/s",
+        curves: vec![
             ("reference", run, |s| s.reference.velocity),
             ("motor", run, |s| s.motor_velocity),
             ("load", run, |s| s.load_velocity),
-        ]
-    };
-    let current = |run| -> [Curve; 1] { [("i_q", run, |s| s.current)] };
-    // From the first stop on, until the load has settled.
-    let near = Some([0.0, 0.4]);
+        ],
+        zoom: None,
+    }
+}
+
+/// The current in a run.
+fn current(file: &'static str, title: &'static str, run: usize) -> Plot {
+    Plot {
+        file,
+        title,
+        y_label: "current, A",
+        curves: vec![("i_q", run, |s| s.current)],
+        zoom: None,
+    }
+}
+
+fn load_of_each_method() -> Plot {
+    Plot {
+        file: "figure_09.svg",
+        title: "Figure 9: position of the load at the first stop",
+        y_label: "position, rad",
+        curves: vec![
+            // The reference is the same in every run.
+            ("reference", NONE, REFERENCE),
+            ("none", NONE, LOAD),
+            ("published", PUBLISHED, LOAD),
+            ("published-literal", LITERAL, LOAD),
+        ],
+        zoom: None,
+    }
+}
+
+fn error() -> Plot {
     let error: Value = |s| s.reference.position - s.load_position;
-    let angle: Value = |s| s.motor_position - s.load_position;
-    let (rad, rad_s, a) = ("position, rad", "velocity, rad/s", "current, A");
-    vec![
-        plot(
-            "figure_03.svg",
-            "Figure 3: the load stops off the motor by half the gap",
-            rad,
-            &position(NONE),
-            near,
-        ),
-        plot(
-            "figure_07_position.svg",
-            "Figure 7: without compensation, position",
-            rad,
-            &position(NONE),
-            None,
-        ),
-        plot(
-            "figure_07_velocity.svg",
-            "Figure 7: without compensation, velocity",
-            rad_s,
-            &velocity(NONE),
-            None,
-        ),
-        plot(
-            "figure_07_current.svg",
-            "Figure 7: without compensation, current",
-            a,
-            &current(NONE),
-            None,
-        ),
-        plot(
-            "figure_08_position.svg",
-            "Figure 8: published compensation, position",
-            rad,
-            &position(PUBLISHED),
-            None,
-        ),
-        plot(
-            "figure_08_velocity.svg",
-            "Figure 8: published compensation, velocity",
-            rad_s,
-            &velocity(PUBLISHED),
-            None,
-        ),
-        plot(
-            "figure_08_current.svg",
-            "Figure 8: published compensation, current",
-            a,
-            &current(PUBLISHED),
-            None,
-        ),
-        plot(
-            "figure_09.svg",
-            "Figure 9: position of the load at the first stop",
-            rad,
-            &[
-                // The reference is the same in every run.
-                ("reference", NONE, REFERENCE),
-                ("none", NONE, LOAD),
-                ("published", PUBLISHED, LOAD),
-                ("published-literal", LITERAL, LOAD),
-            ],
-            near,
-        ),
-        plot(
-            "figure_10_error.svg",
-            "Figure 10, upper: reference minus load",
-            "position error, rad",
-            &[("none", NONE, error), ("published", PUBLISHED, error)],
-            None,
-        ),
-        plot(
-            "figure_10_estimate.svg",
-            "Figure 10, lower: backlash angle, true and estimated",
-            "angle, rad",
-            &[
-                ("true", PUBLISHED, angle),
-                ("published", PUBLISHED, |s| s.gap_angle_estimate),
-                ("published-literal", LITERAL, |s| s.gap_angle_estimate),
-            ],
-            None,
-        ),
-        plot(
-            "figure_11_inertia.svg",
-            "Figure 11, upper: inertia at the motor, cut off at -0.005 and 0.020",
-            "inertia, kg m\u{b2}",
-            &[
-                // Cut off: its excursions would press both true values flat.
-                ("published", PUBLISHED, |s| {
-                    s.inertia_estimate.clamp(-0.005, 0.02)
-                }),
-                ("true: motor alone", PUBLISHED, |_| MOTOR_KGM2),
-                ("true: motor and load", PUBLISHED, |_| {
-                    MOTOR_KGM2 + LOAD_KGM2
-                }),
-            ],
-            None,
-        ),
-        plot(
-            "figure_11_engagement.svg",
-            "Figure 11, lower: engagement, true and estimated",
-            "flank (0 in the gap)",
-            &[
-                ("true", PUBLISHED, |s| f64::from(s.engagement.sign())),
-                ("estimated", PUBLISHED, |s| {
-                    f64::from(s.engagement_estimate.sign())
-                }),
-            ],
-            None,
-        ),
-    ]
+    Plot {
+        file: "figure_10_error.svg",
+        title: "Figure 10, upper: reference minus load",
+        y_label: "position error, rad",
+        curves: vec![("none", NONE, error), ("published", PUBLISHED, error)],
+        zoom: None,
+    }
+}
+
+fn backlash_angle() -> Plot {
+    let estimate: Value = |s| s.gap_angle_estimate;
+    Plot {
+        file: "figure_10_estimate.svg",
+        title: "Figure 10, lower: backlash angle, true and estimated",
+        y_label: "angle, rad",
+        curves: vec![
+            ("true", PUBLISHED, |s| s.motor_position - s.load_position),
+            ("published", PUBLISHED, estimate),
+            ("published-literal", LITERAL, estimate),
+        ],
+        zoom: None,
+    }
+}
+
+fn inertia() -> Plot {
+    Plot {
+        file: "figure_11_inertia.svg",
+        title: "Figure 11, upper: inertia at the motor, cut off at -0.005 and 0.020",
+        y_label: "inertia, kg m\u{b2}",
+        curves: vec![
+            // Cut off: its excursions would press both true values flat.
+            ("published", PUBLISHED, |s| {
+                s.inertia_estimate.clamp(-0.005, 0.02)
+            }),
+            ("true: motor alone", PUBLISHED, |_| MOTOR_KGM2),
+            ("true: motor and load", PUBLISHED, |_| {
+                MOTOR_KGM2 + LOAD_KGM2
+            }),
+        ],
+        zoom: None,
+    }
+}
+
+fn engagement() -> Plot {
+    Plot {
+        file: "figure_11_engagement.svg",
+        title: "Figure 11, lower: engagement, true and estimated",
+        y_label: "flank (0 in the gap)",
+        curves: vec![
+            ("true", PUBLISHED, |s| f64::from(s.engagement.sign())),
+            ("estimated", PUBLISHED, |s| {
+                f64::from(s.engagement_estimate.sign())
+            }),
+        ],
+        zoom: None,
+    }
 }
 
 /// Figures 3 and 7 to 11.
