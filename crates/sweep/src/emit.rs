@@ -60,6 +60,13 @@ pub struct Job {
     pub image: String,
 }
 
+/// Memory for each core, MB.
+const CORE_MB: usize = 256;
+
+/// What follows a shard in a script of a shell: a cell that cannot be run is a result, and its exit code 1
+/// is no reason to run the shard again.
+const ACCEPT: &str = "code=$?\n[ \"$code\" -le 1 ] || exit \"$code\"";
+
 /// A text as one word of a shell.
 fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
@@ -84,61 +91,76 @@ fn string(text: &str) -> String {
 /// # Errors
 /// A number of shards or cores, or a name of the manifest, that cannot be used.
 pub fn script(scheduler: Scheduler, job: &Job) -> Result<String, SweepError> {
-    let Job { shards, cores, .. } = *job;
-    if !(1..=MOST_SHARDS).contains(&shards) {
-        let message = format!("{shards} shards; it has to be 1 to {MOST_SHARDS}");
-        return Err(SweepError::value(message, "a shard is a task of the array"));
-    }
-    if !(1..=1024).contains(&cores) {
-        let message = format!("{cores} cores for a shard; it has to be 1 to 1024");
-        return Err(SweepError::value(message, ""));
-    }
-    if job.manifest.chars().any(char::is_control) {
-        let message = format!(
-            "the name {:?} of the manifest has control characters",
-            job.manifest
-        );
-        return Err(SweepError::value(message, "rename it"));
-    }
-    let manifest = quoted(&job.manifest);
-    let run = |index: &str| {
-        format!(
-            "lostmotion --quiet study sweep run {manifest} --shard \"{index}/{shards}\" --threads {cores}"
-        )
-    };
-    // A cell that cannot be run is a result: its exit code 1 is no reason to run the shard again.
-    let accept = "code=$?\n[ \"$code\" -le 1 ] || exit \"$code\"";
+    job.check()?;
     Ok(match scheduler {
-        Scheduler::Slurm => format!(
+        Scheduler::Slurm => job.slurm(),
+        Scheduler::Hq => job.hq(),
+        Scheduler::Dask => job.dask(),
+        Scheduler::Kubernetes => job.kubernetes(),
+    })
+}
+
+impl Job {
+    /// Refuses what no scheduler takes.
+    fn check(&self) -> Result<(), SweepError> {
+        let Job { shards, cores, .. } = *self;
+        if !(1..=MOST_SHARDS).contains(&shards) {
+            let message = format!("{shards} shards; it has to be 1 to {MOST_SHARDS}");
+            return Err(SweepError::value(message, "a shard is a task of the array"));
+        }
+        if !(1..=1024).contains(&cores) {
+            let message = format!("{cores} cores for a shard; it has to be 1 to 1024");
+            return Err(SweepError::value(message, ""));
+        }
+        if self.manifest.chars().any(char::is_control) {
+            let message = format!(
+                "the name {:?} of the manifest has control characters",
+                self.manifest
+            );
+            return Err(SweepError::value(message, "rename it"));
+        }
+        Ok(())
+    }
+
+    fn slurm(&self) -> String {
+        let Job { shards, cores, .. } = *self;
+        let manifest = quoted(&self.manifest);
+        format!(
             "#!/bin/bash
 # Slurm: sbatch THIS_FILE; then: lostmotion study sweep collect {manifest} --out table.parquet
 #SBATCH --job-name=lostmotion-sweep
 #SBATCH --array=1-{shards}
 #SBATCH --cpus-per-task={cores}
-#SBATCH --mem-per-cpu=256M
+#SBATCH --mem-per-cpu={CORE_MB}M
 #SBATCH --requeue
 set -u
-{}
-{accept}
-",
-            run("$SLURM_ARRAY_TASK_ID")
-        ),
-        Scheduler::Hq => format!(
+lostmotion --quiet study sweep run {manifest} --shard \"$SLURM_ARRAY_TASK_ID/{shards}\" --threads {cores}
+{ACCEPT}
+"
+        )
+    }
+
+    fn hq(&self) -> String {
+        let Job { shards, cores, .. } = *self;
+        let manifest = quoted(&self.manifest);
+        format!(
             "#!/bin/bash
 # HyperQueue: start a server (hq server start) and workers, then run this file; tasks are run again
 # when a worker is lost. Then: lostmotion study sweep collect {manifest} --out table.parquet
 set -eu
 hq submit --wait --name lostmotion-sweep --array 1-{shards} --cpus {cores} --crash-limit 20 \\
     --stdout none --stderr none -- bash -c '
-{}
-{accept}
+lostmotion --quiet study sweep run \"$1\" --shard \"$HQ_TASK_ID/{shards}\" --threads {cores}
+{ACCEPT}
 ' lostmotion {manifest}
-",
-            format_args!(
-                "lostmotion --quiet study sweep run \"$1\" --shard \"$HQ_TASK_ID/{shards}\" --threads {cores}"
-            )
-        ),
-        Scheduler::Dask => format!(
+"
+        )
+    }
+
+    fn dask(&self) -> String {
+        let Job { shards, cores, .. } = *self;
+        let (manifest, name) = (quoted(&self.manifest), string(&self.manifest));
+        format!(
             "# Dask: python THIS_FILE tcp://SCHEDULER:8786, in the folder of the manifest, which workers share.
 # A worker runs a shard for each of its threads: --nthreads of its cores divided by {cores}.
 # Then: lostmotion study sweep collect {manifest} --out table.parquet
@@ -148,7 +170,7 @@ import sys
 
 from dask.distributed import Client, as_completed
 
-MANIFEST = {}
+MANIFEST = {name}
 SHARDS = {shards}
 
 
@@ -167,10 +189,15 @@ if __name__ == \"__main__\":
     for done, task in enumerate(as_completed(tasks), 1):
         task.result()
         print(f\"{{done}} of {{SHARDS}} shards\")
-",
-            string(&job.manifest)
-        ),
-        Scheduler::Kubernetes => format!(
+"
+        )
+    }
+
+    fn kubernetes(&self) -> String {
+        let Job { shards, cores, .. } = *self;
+        let (image, name) = (string(&self.image), string(&self.manifest));
+        let memory_mb = CORE_MB * cores;
+        format!(
             "# Kubernetes: kubectl apply -f THIS_FILE. The claim `sweep` holds the folder of the manifest,
 # and all that it names: ReadWriteMany where nodes share it. The image has the program lostmotion.
 # Kubernetes 1.29 or newer (backoffLimitPerIndex).
@@ -188,7 +215,7 @@ spec:
       restartPolicy: Never
       containers:
         - name: shard
-          image: {}
+          image: {image}
           workingDir: /sweep
           command:
             - sh
@@ -198,18 +225,15 @@ spec:
               code=$?; [ \"$code\" -le 1 ] || exit \"$code\"
           env:
             - name: MANIFEST
-              value: {}
+              value: {name}
           resources:
-            requests: {{ cpu: {cores}, memory: {}Mi }}
+            requests: {{ cpu: {cores}, memory: {memory_mb}Mi }}
           volumeMounts:
             - {{ name: sweep, mountPath: /sweep }}
       volumes:
         - name: sweep
           persistentVolumeClaim: {{ claimName: sweep }}
-",
-            string(&job.image),
-            string(&job.manifest),
-            256 * cores
-        ),
-    })
+"
+        )
+    }
 }
