@@ -4,7 +4,7 @@ use super::results::Rewritten;
 use super::text::{LETTERS, Line, MARK, TextLines};
 use super::{Moves, Original, ROUNDING_MM, RewriteError, STILL_MM, Stretch, Text};
 use lostmotion_gcode::Dialect;
-use lostmotion_path::Curve;
+use lostmotion_path::{Arc, Curve};
 
 /// Letters of centres.
 const CENTRES: [u8; 3] = *b"IJK";
@@ -126,7 +126,9 @@ struct MovedPiece {
 }
 
 /// Where a piece stands, and what its line has to say.
-struct PiecePlace {
+struct PiecePlace<'a> {
+    line: &'a Line,
+    step: &'a Original,
     /// Its move of the original.
     index: usize,
     /// Its number on that move, from 0.
@@ -249,7 +251,7 @@ impl NewProgram {
                 }
             }
             let behind = self.behind(line, step, stretch);
-            let offset: [f64; 3] = std::array::from_fn(|axis| self.side[axis] * self.half[axis]);
+            let offset = self.offset();
             let start: [f64; 3] =
                 std::array::from_fn(|axis| stretch.start[axis] + offset[axis] + first[axis]);
             let from = self.commanded.filter(|_| step.rapid);
@@ -266,6 +268,8 @@ impl NewProgram {
                 needs_code = true;
             }
             let place = PiecePlace {
+                line,
+                step,
                 index,
                 number,
                 is_split: pieces.len() > 1,
@@ -274,12 +278,12 @@ impl NewProgram {
                 needs_code,
             };
             if behind == [0.0; 3] {
-                self.piece(line, step, [start, end], &place);
+                self.piece(&place, [start, end]);
                 continue;
             }
             // Behind its place, wherever it came from; then there.
             let first = std::array::from_fn(|axis| end[axis] + behind[axis]);
-            self.piece(line, step, [start, first], &place);
+            self.piece(&place, [start, first]);
             for (side, behind) in self.commanded_side.iter_mut().zip(behind) {
                 if behind != 0.0 {
                     *side = behind.signum();
@@ -389,30 +393,50 @@ impl NewProgram {
         true
     }
 
-    fn piece(
-        &mut self,
-        line: &Line,
-        step: &Original,
-        [start, end]: [[f64; 3]; 2],
-        place: &PiecePlace,
-    ) {
-        let PiecePlace {
-            index,
-            number: piece,
-            is_split,
-            is_bent,
-            center: moved,
-            needs_code,
-        } = *place;
+    /// By how much half a gap displaces the machine.
+    fn offset(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.side[axis] * self.half[axis])
+    }
+
+    /// Writes a piece between two places of the machine.
+    fn piece(&mut self, place: &PiecePlace<'_>, [start, end]: [[f64; 3]; 2]) {
         let from = self
             .commanded
-            .unwrap_or_else(|| step.curve.start().linear());
+            .unwrap_or_else(|| place.step.curve.start().linear());
         let mut words: Vec<(u8, String)> = Vec::new();
-        let code = match &step.curve {
-            _ if step.rapid => "0",
+        if place.needs_code && (place.number > 0 || !place.line.has_motion()) {
+            words.push((b'G', place.motion_code().to_owned()));
+        }
+        // An axis without a word stays where it was sent.
+        let mut at = from;
+        for axis in place.axes_with_words(from, [start, end]) {
+            at[axis] = end[axis];
+            let programmed = end[axis] - place.step.shift[axis];
+            words.push((LETTERS[axis], number(programmed, place.line.mm)));
+        }
+        if let Curve::Arc(arc) = &place.step.curve {
+            let spokes = place.spokes(arc, self.offset(), [start, end]);
+            words.extend(place.centre_words(spokes));
+            // Each piece is less than a turn.
+            if place.line.value(b'P').is_some() {
+                words.push((b'P', String::new()));
+            }
+        }
+        self.line(&place.text(&words), Some(place.index));
+        self.out.ends.push((self.out.steps.len(), at));
+        self.sent(at);
+    }
+}
+
+impl PiecePlace<'_> {
+    /// The number of the G code that makes its motion.
+    fn motion_code(&self) -> &'static str {
+        let curve = &self.step.curve;
+        match curve {
+            _ if self.step.rapid => "0",
             Curve::Arc(arc) => {
-                let [first, second, _] = step.curve.plane().axes();
-                let (start, tangent) = (step.curve.start().linear(), step.curve.tangent(0.0));
+                let [first, second, _] = curve.plane().axes();
+                let (start, tangent) = (curve.start().linear(), curve.tangent(0.0));
                 let [x, y] = [
                     start[first] - arc.center()[0],
                     start[second] - arc.center()[1],
@@ -425,71 +449,74 @@ impl NewProgram {
                 }
             }
             _ => "1",
-        };
-        if needs_code && (piece > 0 || !line.has_motion()) {
-            words.push((b'G', code.to_owned()));
         }
-        // An axis without a word stays where it was sent.
-        let mut at = from;
-        let plane = step.curve.plane().axes();
-        for axis in 0..3 {
-            let is_there = piece == 0 && line.value(LETTERS[axis]).is_some();
+    }
+
+    /// The axes whose ends its line says, where the machine was sent to a place before.
+    fn axes_with_words(
+        &self,
+        from: [f64; 3],
+        [start, end]: [[f64; 3]; 2],
+    ) -> impl Iterator<Item = usize> {
+        let plane = self.step.curve.plane().axes();
+        (0..3).filter(move |&axis| {
+            let is_there = self.number == 0 && self.line.value(LETTERS[axis]).is_some();
             // Without a word of its plane an arc would be a whole circle.
-            let is_of_plane = is_split && plane[..2].contains(&axis);
-            if is_there
+            let is_of_plane = self.is_split && plane[..2].contains(&axis);
+            is_there
                 || is_of_plane && (end[axis] - start[axis]).abs() > STILL_MM
                 || (end[axis] - from[axis]).abs() > ROUNDING_MM
-            {
-                at[axis] = end[axis];
-                words.push((LETTERS[axis], number(end[axis] - step.shift[axis], line.mm)));
-            }
+        })
+    }
+
+    /// The centre of its arc from where it starts, in the axes of the plane: it goes with the piece.
+    fn spokes(&self, arc: &Arc, offset: [f64; 3], [start, end]: [[f64; 3]; 2]) -> [f64; 2] {
+        let axes = self.step.curve.plane().axes();
+        let mut spokes = [0.0; 2];
+        for (index, (axis, center)) in axes.into_iter().zip(arc.center()).enumerate() {
+            let offset = offset[axis] + self.center[index];
+            spokes[index] = center + offset - start[axis];
         }
-        if let Curve::Arc(arc) = &step.curve {
-            let axes = step.curve.plane().axes();
-            // The centre goes with the piece.
-            let mut spokes = [0.0; 2];
-            for (index, (axis, center)) in axes.into_iter().zip(arc.center()).enumerate() {
-                let offset = self.side[axis] * self.half[axis] + moved[index];
-                spokes[index] = center + offset - start[axis];
-            }
-            if is_bent {
-                let [first, second, _] = axes;
-                let chord = [end[first] - start[first], end[second] - start[second]];
-                spokes = evened(spokes, chord);
-            }
-            if let Some(radius) = line.value(b'R') {
-                // Without a displacement the radius stays as it was written.
-                let size = if is_bent {
-                    lostmotion_base::math::hypot(spokes[0], spokes[1])
-                } else {
-                    radius.abs() * line.mm
-                };
-                let sign = if is_split { 1.0 } else { radius.signum() };
-                if is_split || is_bent {
-                    words.push((b'R', number(sign * size, line.mm)));
-                }
-            } else if is_split || is_bent {
-                for (spoke, axis) in spokes.into_iter().zip(axes) {
-                    words.push((CENTRES[axis], number(spoke, line.mm)));
-                }
-            }
+        if self.is_bent {
+            let [first, second, _] = axes;
+            let chord = [end[first] - start[first], end[second] - start[second]];
+            spokes = evened(spokes, chord);
         }
-        // Each piece is less than a turn.
-        if matches!(step.curve, Curve::Arc(_)) && line.value(b'P').is_some() {
-            words.push((b'P', String::new()));
+        spokes
+    }
+
+    /// The words of its centre, or its radius where the line has one; none where the arc keeps its own.
+    fn centre_words(&self, spokes: [f64; 2]) -> Vec<(u8, String)> {
+        if !(self.is_split || self.is_bent) {
+            return Vec::new();
         }
-        let text = if piece == 0 {
-            line.with(&words)
-        } else {
-            let mut text = String::new();
-            for (letter, value) in words.iter().filter(|(_, value)| !value.is_empty()) {
-                text.push_str(&format!("{}{value} ", char::from(*letter)));
-            }
-            text.trim_end().to_owned().into_bytes()
+        let Some(radius) = self.line.value(b'R') else {
+            let axes = self.step.curve.plane().axes();
+            let words = spokes.into_iter().zip(axes);
+            return words
+                .map(|(spoke, axis)| (CENTRES[axis], number(spoke, self.line.mm)))
+                .collect();
         };
-        self.line(&text, Some(index));
-        self.out.ends.push((self.out.steps.len(), at));
-        self.sent(at);
+        // Without a displacement the radius stays as it was written.
+        let size = if self.is_bent {
+            lostmotion_base::math::hypot(spokes[0], spokes[1])
+        } else {
+            radius.abs() * self.line.mm
+        };
+        let sign = if self.is_split { 1.0 } else { radius.signum() };
+        vec![(b'R', number(sign * size, self.line.mm))]
+    }
+
+    /// Its line: that of the original with these words, or for a further piece the words alone.
+    fn text(&self, words: &[(u8, String)]) -> Vec<u8> {
+        if self.number == 0 {
+            return self.line.with(words);
+        }
+        let mut text = String::new();
+        for (letter, value) in words.iter().filter(|(_, value)| !value.is_empty()) {
+            text.push_str(&format!("{}{value} ", char::from(*letter)));
+        }
+        text.trim_end().to_owned().into_bytes()
     }
 }
 
