@@ -3,7 +3,8 @@
 use crate::commission::{self, Commission, LearnedFiles};
 use crate::identify::{self, Identify};
 use crate::input;
-use crate::logs::{self, LogInput, LogOverview, axis_unit};
+use crate::log_overview::{LogOverview, overview};
+use crate::logs::{LogInput, axis_unit};
 use crate::options::machine::{Cycles, axis, axis_files, interpolator, interpolators, set_changes};
 use crate::options::start::Start;
 use crate::options::{Lateness, methods};
@@ -112,7 +113,7 @@ pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
         AxisCommand::Commission(args) => commission::run(args, quiet),
         AxisCommand::Fit(args) => fit(args, quiet),
         AxisCommand::Identify(args) => identify::run(args, quiet),
-        AxisCommand::Log(args) => logs::overview(args),
+        AxisCommand::Log(args) => overview(args),
         AxisCommand::Testpart(args) => testpart::run(args, quiet),
     }
 }

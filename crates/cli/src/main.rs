@@ -18,6 +18,7 @@ mod findings;
 mod fits;
 mod identify;
 mod input;
+mod log_overview;
 mod logs;
 mod machine;
 mod method;
