@@ -17,6 +17,11 @@
 //! positions by up to 5/h^2: positions written with six decimals of a millimetre make accelerations
 //! uncertain by some mm/s2.
 //!
+//! A motion ends, or begins, somewhere within a command cycle, and the polynomial over that cycle swings
+//! past its end by hundredths of a nanometre and back. A control that takes the direction
+//! of its reference would see a reversal there, so where a cycle begins or ends at rest the reference
+//! stays between its two ends and stands where the polynomial would go back.
+//!
 //! At a setpoint a derivative that steps there has the value of the piece that ends: what the drive
 //! sees up to then.
 
@@ -24,6 +29,10 @@ use crate::config::{AxisConfig, Interpolator};
 use crate::error::AxisError;
 use crate::signal::{Reference, Setpoint};
 use serde::{Deserialize, Serialize};
+
+/// Speed up to which an end of a piece is at rest, rad/s at the motor; the same in a command cycle for an
+/// acceleration. A choice: far below any feed, far above the rounding of a setpoint.
+const REST_RAD_S: f64 = 1e-6;
 
 /// The spline of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +50,8 @@ pub struct SplineState {
     start: Reference,
     end: Reference,
     to: Node,
+    /// Whether the reference goes one way between both ends of the piece, since one of them is at rest.
+    is_bounded: bool,
     /// The last five positions, the newest last.
     history: [f64; 5],
     tick: u64,
@@ -95,6 +106,7 @@ impl Spline {
                 velocity: 0.0,
                 acceleration: 0.0,
             },
+            is_bounded: false,
             history: [held; 5],
             tick: 0,
         }
@@ -124,7 +136,26 @@ impl Spline {
         (state.piece, state.start) = (piece, state.end);
         state.end = self.end(&piece, to.as_ref());
         state.to = to.unwrap_or(node);
+        state.is_bounded = self.rests(&state.start) || self.rests(&state.end);
         Ok(())
+    }
+
+    /// Whether a piece that has this end begins or ends at rest.
+    fn rests(&self, end: &Reference) -> bool {
+        let stands = end.velocity.abs() <= REST_RAD_S;
+        match self.interpolator {
+            Interpolator::QuinticHermite | Interpolator::QuinticDifferences => {
+                stands && (end.acceleration * self.period_s).abs() <= REST_RAD_S
+            }
+            // accelerations at its ends are its own, not the motion's
+            Interpolator::CubicHermite => stands,
+            // go through their own middles, not through their ends
+            Interpolator::Linear
+            | Interpolator::CubicDifferences
+            | Interpolator::CatmullRom
+            | Interpolator::BSpline
+            | Interpolator::CompensatedBSpline => false,
+        }
     }
 
     fn node(&self, tick: u64, setpoint: &Setpoint) -> Result<Node, AxisError> {
@@ -230,9 +261,23 @@ impl Spline {
         if index >= count {
             return state.end;
         }
-        state
+        let reference = state
             .piece
-            .at(f64::from(index) / f64::from(count), self.period_s)
+            .at(f64::from(index) / f64::from(count), self.period_s);
+        if state.is_bounded {
+            let ends = [state.start.position, state.end.position];
+            let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            let way = ends[1] - ends[0];
+            let is_within = (least..=most).contains(&reference.position);
+            if !is_within || reference.velocity * way < 0.0 {
+                return Reference {
+                    position: reference.position.clamp(least, most),
+                    velocity: 0.0,
+                    acceleration: 0.0,
+                };
+            }
+        }
+        reference
     }
 }
 

@@ -150,3 +150,42 @@ fn incomplete_and_infinite_setpoints_are_refused_with_their_number() {
         "{error}"
     );
 }
+
+/// A motion of constant jerk that stops, or starts, anywhere within a command cycle: the reference never
+/// turns round.
+#[test]
+fn a_reference_that_stops_does_not_turn_round() {
+    for interpolator in [Interpolator::QuinticHermite, Interpolator::CubicHermite] {
+        let spline = millimetres(interpolator);
+        for (stop, jerk) in (1..50).flat_map(|n| {
+            let at = 0.02 + f64::from(n) * 1e-3 / 50.0;
+            [(at, 50_000.0), (at, -1e6)]
+        }) {
+            // braking to rest at `stop`, and from there on again
+            let away = |t: f64, start: f64| {
+                let s = (t - start).max(0.0);
+                (s * s * s / 6.0, 0.5 * s * s, s)
+            };
+            let motion = |t: f64| {
+                let (before, after) = (away(stop, t), away(t, stop + 0.02));
+                [after.0 - before.0, after.1 + before.1, after.2 - before.2].map(|x| jerk * x)
+            };
+            let mut state = spline.initial(motion(0.0)[0]);
+            let mut last = motion(0.0)[0];
+            for n in 0..60 {
+                let [position, velocity, acceleration] = motion(f64::from(n) * 1e-3);
+                let sent = Setpoint::moving(position, velocity, acceleration);
+                assert_eq!(spline.push(&mut state, &sent), Ok(()));
+                for j in 0..16 {
+                    let r = spline.at(&state, j, 16);
+                    if n > 1 {
+                        let way = (r.position - last) * jerk.signum();
+                        assert!(way > -0.01 * NM, "{interpolator:?} {stop} {n} {j}: {way}");
+                        assert!(r.velocity * jerk.signum() >= 0.0, "{r:?}");
+                    }
+                    last = r.position;
+                }
+            }
+        }
+    }
+}

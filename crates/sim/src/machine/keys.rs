@@ -186,7 +186,7 @@ fn descend<T: for<'de> Deserialize<'de>>(
 }
 
 /// Units by the ends of keys, longer ones first.
-const UNITS: [(&str, &str); 47] = [
+const UNITS: [(&str, &str); 49] = [
     ("_a_s_per_rad", "A s/rad"),
     ("_nm_s_per_rad", "N m s/rad"),
     ("_nm_per_rad", "N m/rad"),
@@ -202,6 +202,8 @@ const UNITS: [(&str, &str); 47] = [
     ("_per_mm", "1/mm"),
     ("_per_k", "1/K"),
     ("_per_s", "1/s"),
+    ("_units_s2", "mm/s2 or deg/s2"),
+    ("_units_s", "mm/s or deg/s"),
     ("_mm_s3", "mm/s3"),
     ("_mm_s2", "mm/s2"),
     ("_mm_s", "mm/s"),

@@ -3,8 +3,8 @@
 //! ```text
 //! 1  every way in which the control can be set, on one plan beside no compensation     the amounts that are best
 //!    and, of Siemens, curves over the acceleration for the pulse that leaves least
-//! 2  the best of them, told right and told wrong, beside what other controls could do   what is left, is it safe
-//! 3  the same with the true gap at either end of its interval                           how sure that is
+//! 2  the best of them, told right and told wrong, and with the true gap at either end of its interval;
+//!    beside what other controls could do                                               what is left, is it safe
 //! ```
 //! Which is best, and what is safe, is the law of every comparison (the session's advice). Values are
 //! rounded to what the control takes before they are simulated, so the printed setting is the
@@ -24,7 +24,7 @@ use crate::method::Choice;
 use crate::options::SimulateOptions;
 use crate::program::Program;
 use crate::results::{ErrorStats, MethodResult, Run};
-use crate::session::unseen_gaps;
+use crate::session::{unsafe_but_for_gap, unseen_gaps, worse};
 use crate::simulation::Simulation;
 use lostmotion_methods::MethodId;
 use parameters::{Counting, parameters, step, unknown};
@@ -127,6 +127,10 @@ struct Tried {
     trial: Trial,
     set: Machine,
     run: Run,
+    /// What is left with the true gaps at either end of their intervals.
+    ends: Vec<GapEnd>,
+    /// Why it is not to be set.
+    reason: Option<String>,
 }
 
 impl Advice<'_> {
@@ -145,7 +149,10 @@ impl Advice<'_> {
         self.note_coarse_steps(steps);
         let first = self.simulated(&trials)?;
         self.fill_before(&first)?;
-        let best = self.best(&trials, &first)?;
+        let best = match self.best(&trials, &first)? {
+            Some(best) => Some(best),
+            None => self.best_wound(&trials)?,
+        };
         // What has no numbers here is no advice.
         let best = match best {
             Some(best) if !self.has_numbers(&best) => {
@@ -165,11 +172,7 @@ impl Advice<'_> {
         let Some(tried) = self.tried(candidates)? else {
             return Ok(self.answer);
         };
-        if !self.fill_after(&tried)? {
-            return Ok(self.answer);
-        }
-        // Step 3: the ends of the interval.
-        self.fill_uncertain(&tried)?;
+        self.fill_after(tried)?;
         Ok(self.answer)
     }
 
@@ -244,6 +247,20 @@ impl Advice<'_> {
         Ok(recommended(&all, &run).or(best))
     }
 
+    /// The best way with the wind-up in its gaps, where without it none helps: without a gap all that is
+    /// lost is wind-up.
+    fn best_wound(&mut self, trials: &[Trial]) -> Result<Option<Trial>, SimError> {
+        let wound = trials
+            .iter()
+            .filter_map(|trial| wound_up(trial, &self.told));
+        let wound: Vec<Trial> = wound.collect();
+        if wound.is_empty() {
+            return Ok(None);
+        }
+        let run = self.simulated(&wound)?;
+        Ok(recommended(&wound, &run))
+    }
+
     fn has_numbers(&self, trial: &Trial) -> bool {
         trial.has_numbers(&self.told, self.control, &self.counting)
     }
@@ -294,18 +311,33 @@ impl Advice<'_> {
         Ok(vec![best])
     }
 
-    /// The first way that is safe when it is told wrong, else the last. Where that speaks against the
-    /// wind-up, the gap alone is left.
+    /// The first way that is safe when it is told wrong, and wherever in its interval the gap is; else the
+    /// last. Where that speaks against the wind-up, the gap alone is left.
     fn tried(&mut self, candidates: Vec<Trial>) -> Result<Option<Tried>, SimError> {
         let mut tried = None;
         for trial in candidates {
             let set = trial.on(&self.told);
             let methods = [MethodId::NONE, trial.method].map(Choice::Registered);
             let run = simulate(self.program, &set, &self.options, methods.into())?;
-            let result = run.result(trial.method.name());
-            self.answer.runs += 2 + result.map_or(0, |result| result.misled.len() as u64);
-            let is_safe = result.is_some_and(|result| result.not_recommended.is_none());
-            tried = Some(Tried { trial, set, run });
+            let ends = self.ends(&set, trial.method)?;
+            let Some((result, none)) = run.result(trial.method.name()).zip(run.first()) else {
+                continue;
+            };
+            self.answer.runs += 2 + result.misled.len() as u64;
+            // How well the gap is known counts where that is said.
+            let told_wrong = match self.wanted.gap_uncertainty {
+                Some(_) => unsafe_but_for_gap(result, &none.cutting),
+                None => result.not_recommended.clone(),
+            };
+            let reason = told_wrong.or_else(|| unsafe_at(&ends));
+            let is_safe = reason.is_none();
+            tried = Some(Tried {
+                trial,
+                set,
+                run,
+                ends,
+                reason,
+            });
             if is_safe {
                 break;
             }
@@ -313,17 +345,25 @@ impl Advice<'_> {
         Ok(tried)
     }
 
-    /// What is left with it, and the settings, which are those that were simulated; whether there are
-    /// any.
-    fn fill_after(&mut self, tried: &Tried) -> Result<bool, SimError> {
-        let Tried { trial, set, run } = tried;
+    /// What is left with it, and the settings, if any, which are those that were simulated.
+    fn fill_after(&mut self, tried: Tried) -> Result<(), SimError> {
+        let Tried {
+            trial,
+            set,
+            run,
+            ends,
+            reason,
+        } = &tried;
         self.answer.chosen.clone_from(&trial.said);
         let Some(result) = run.result(trial.method.name()) else {
-            return Ok(false);
+            return Ok(());
         };
+        self.answer.uncertain.clone_from(ends);
         self.answer.after = result.cutting;
         self.answer.wrong.clone_from(&result.misled);
-        self.answer.trust.clone_from(&run.trust);
+        if reason.is_some() {
+            self.answer.trust.clone_from(&run.trust);
+        }
         self.answer.notes.extend(result.notes.iter().cloned());
         self.answer
             .notes
@@ -332,9 +372,9 @@ impl Advice<'_> {
         self.answer.notes.extend(already);
         self.answer.notes.extend(one_setting(set, &self.counting));
         self.answer.better = beyond(self.program, self.machine, &self.options, &mut self.answer)?;
-        if let Some(reason) = &result.not_recommended {
+        if let Some(reason) = reason {
             self.answer.refused = Some(format!("{}: {reason}", trial.name()));
-            return Ok(false);
+            return Ok(());
         }
         let method = trial.method.name();
         let set = axes(set, &self.counting);
@@ -349,17 +389,14 @@ impl Advice<'_> {
                 self.answer.preconditions.extend(found.preconditions);
                 self.answer.notes.extend(found.notes);
                 self.answer.source = found.source.to_owned();
-                Ok(true)
             }
-            Err(reason) => {
-                self.answer.refused = Some(reason);
-                Ok(false)
-            }
+            Err(reason) => self.answer.refused = Some(reason),
         }
+        Ok(())
     }
 
-    /// What is left with the true gaps at either end of their intervals.
-    fn fill_uncertain(&mut self, tried: &Tried) -> Result<(), SimError> {
+    /// What is left with the true gaps at either end of their intervals, if those are wider than nothing.
+    fn ends(&mut self, set: &Machine, method: MethodId) -> Result<Vec<GapEnd>, SimError> {
         let of_axes = self.machine.axes().iter();
         let share = of_axes
             .map(|axis| uncertainty(&axis.config, self.wanted.gap_uncertainty))
@@ -369,11 +406,11 @@ impl Advice<'_> {
             .gap_uncertainty
             .or((share > 0.0).then_some(share));
         if share <= 0.0 {
-            return Ok(());
+            return Ok(Vec::new());
         }
-        let method = tried.trial.method;
+        let mut ends = Vec::new();
         for sign in [-1.0, 1.0] {
-            let end = with_gaps_at(&tried.set, self.machine, self.wanted, sign);
+            let end = with_gaps_at(set, self.machine, self.wanted, sign);
             let choices = [MethodId::NONE, method].map(Choice::Registered);
             let options = without_tests(&self.options);
             let run = simulate(self.program, &end, &options, choices.into())?;
@@ -382,14 +419,14 @@ impl Advice<'_> {
                 run.result(name)
                     .map_or(ErrorStats::default(), |r| r.cutting)
             };
-            self.answer.uncertain.push(GapEnd {
+            ends.push(GapEnd {
                 factor: 1.0 + sign * share,
                 before: stats(MethodId::NONE.name()),
                 after: stats(method.name()),
                 stops: run.result(method.name()).is_some_and(|r| r.stop.is_some()),
             });
         }
-        Ok(())
+        Ok(ends)
     }
 }
 
@@ -398,6 +435,20 @@ fn recommended(trials: &[Trial], run: &Run) -> Option<Trial> {
     let mut all = trials.iter();
     all.find(|trial| Some(trial.name()) == run.recommended)
         .cloned()
+}
+
+/// Why a way is out where the true gap is at an end of its interval.
+fn unsafe_at(ends: &[GapEnd]) -> Option<String> {
+    ends.iter().find_map(|end| {
+        let when = format!(
+            " where the true gap is {:.0} % of the description's",
+            100.0 * end.factor
+        );
+        if end.stops {
+            return Some(format!("the machine stops{when}"));
+        }
+        worse(&end.after, &end.before, &when)
+    })
 }
 
 /// What methods would leave that no control here has; of one that does not work on this machine a note

@@ -233,7 +233,7 @@ pub(super) fn set_already_note(
 /// one direction to the other, `2 F/k`. `None` for a method that is not told a length, and where
 /// the wind-up is below what the control takes.
 pub(super) fn wound_up(best: &Trial, told: &Machine) -> Option<Trial> {
-    if !best.method.told_gap() || best.method.name() == PULSE {
+    if best.is_wound || !best.method.told_gap() || best.method.name() == PULSE {
         return None;
     }
     let is_taken = {

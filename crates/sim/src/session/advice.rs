@@ -127,25 +127,34 @@ fn stops(result: &MethodResult) -> Option<String> {
 
 /// In what a method is worse than no compensation, as it stands or misled.
 fn worse_than(result: &MethodResult, none: &ErrorStats) -> Option<String> {
-    let runs = std::iter::once((&result.cutting, String::new())).chain(
-        result
-            .misled
-            .iter()
-            .map(|misled| (&misled.cutting, misled.when())),
-    );
-    for (cutting, when) in runs {
-        for (kind, with, without) in [
-            ("RMS", cutting.rms, none.rms),
-            ("max", cutting.max, none.max),
-        ] {
-            if with.is_nan() || with > without + HARM_UM {
-                return Some(format!(
-                    "worse than none{when}: contour error {kind} {with:.2} um against {without:.2} um"
-                ));
-            }
-        }
-    }
-    None
+    worse(&result.cutting, none, "").or_else(|| {
+        let mut misled = result.misled.iter();
+        misled.find_map(|misled| worse(&misled.cutting, none, &misled.when()))
+    })
+}
+
+/// In what an error is worse than that without compensation, and when.
+pub(crate) fn worse(with: &ErrorStats, none: &ErrorStats, when: &str) -> Option<String> {
+    let kinds = [("RMS", with.rms, none.rms), ("max", with.max, none.max)];
+    kinds.into_iter().find_map(|(kind, with, without)| {
+        (with.is_nan() || with > without + HARM_UM).then(|| {
+            format!(
+                "worse than none{when}: contour error {kind} {with:.2} um against {without:.2} um"
+            )
+        })
+    })
+}
+
+/// Why a method is out whose gap is known in another way: as in a comparison, without the runs in which it
+/// is told the gap wrong.
+pub(crate) fn unsafe_but_for_gap(result: &MethodResult, none: &ErrorStats) -> Option<String> {
+    let misled = result.misled.iter();
+    let others = misled.filter(|run| run.misled.what != Told::Gap);
+    let result = MethodResult {
+        misled: others.copied().collect(),
+        ..result.clone()
+    };
+    unsafe_in(&result, Some(*none))
 }
 
 fn candidate(index: usize, result: &MethodResult, choice: &Choice, tolerance_um: f64) -> Candidate {

@@ -38,6 +38,7 @@ mod skips;
 mod stepper;
 mod variant;
 
+pub(crate) use advice::{unsafe_but_for_gap, worse};
 pub(crate) use collect::unseen_gaps;
 pub use frame::Frame;
 pub(crate) use guard::Rehearsals;

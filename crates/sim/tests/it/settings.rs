@@ -173,6 +173,42 @@ fn what_is_left_off_names_the_worst_block() {
     assert!(refused.contains("worst block is line "), "{refused}");
 }
 
+/// Without a gap all that is lost is wind-up, which a control can be told as well.
+#[test]
+fn without_a_gap_the_wind_up_is_set() {
+    let tight = machine().map_axes(|config| config.clone().without_gap());
+    let (options, wanted) = (SimulateOptions::default(), RecommendOptions::default());
+    let answer = recommend(&program(ARC), &tight, &options, Control::LinuxCnc, &wanted).unwrap();
+    assert_eq!(answer.refused, None);
+    // 2 F/k of the worn machine's friction and stiffness: with its gap of 40 um it is told 55.7.
+    assert_eq!(answer.settings[0].value, "0.0157");
+    assert!(answer.after.rms < 0.5 * answer.before.rms);
+}
+
+/// How well the gap is known decides where it is said: then nothing is asked of other gaps, and what is
+/// set does no harm at either end.
+#[test]
+fn what_is_set_does_no_harm_wherever_in_its_interval_the_gap_is() {
+    for (control, share) in [
+        (Control::Fanuc, 0.2),
+        (Control::Marlin, 0.9),
+        (Control::RepRapFirmware, 0.6),
+    ] {
+        let wanted = RecommendOptions {
+            gap_uncertainty: Some(share),
+            ..RecommendOptions::default()
+        };
+        let answer = settings(control, &wanted);
+        assert_eq!(answer.uncertain.len(), 2);
+        let worse = answer.uncertain.iter().any(|end| {
+            end.after.rms > end.before.rms + 0.1 || end.after.max > end.before.max + 0.1
+        });
+        assert_eq!(answer.refused.is_some(), answer.settings.is_empty());
+        assert!(!worse || answer.refused.is_some(), "{answer:?}");
+        assert!(answer.trust.is_none() || answer.refused.is_some());
+    }
+}
+
 #[test]
 fn units_and_signs_are_those_of_the_control() {
     let of = |control| settings(control, &RecommendOptions::default());
