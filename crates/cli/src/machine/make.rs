@@ -14,6 +14,7 @@ use lostmotion::sim::import::{
 };
 use lostmotion::sim::machine::presets;
 use lostmotion::sim::{Machine, machine::MachineAxis};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// `machine import`.
@@ -68,7 +69,10 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
             format!("name it with --from: {known}"),
         )
     })?;
-    let beside = Beside(&args.file);
+    let beside = Beside {
+        file: &args.file,
+        named: RefCell::default(),
+    };
     let options = ImportOptions {
         preset: args.preset.as_deref(),
         max_bytes: args.max_bytes,
@@ -76,6 +80,11 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
         files: &beside,
     };
     let machine = imported(&name, &text, format, &options).map_err(|error| failure(&error))?;
+    if let Some(out) = &args.out {
+        let named = beside.named.borrow();
+        let what = "file that the description names";
+        output::refuse_inputs(out, named.iter().map(|path| (path.as_path(), what)))?;
+    }
     let report = report(&machine.rows);
     // Without a file the answer is the machine file itself, and stdout may hold nothing else.
     match args.out.as_ref().filter(|path| !is_standard(path)) {
@@ -94,11 +103,16 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
 }
 
 /// Files that a description names: in its own folder, or below the user's where the name begins with `~`.
-struct Beside<'a>(&'a Path);
+struct Beside<'a> {
+    /// The description.
+    file: &'a Path,
+    /// What it names, in the order in which it was asked for: nothing may be written over it.
+    named: RefCell<Vec<PathBuf>>,
+}
 
 impl Beside<'_> {
     fn path(&self, name: &str) -> Result<PathBuf, String> {
-        if is_standard(self.0) {
+        if is_standard(self.file) {
             return Err("it would be beside a file, and this is stdin".to_owned());
         }
         Ok(match name.strip_prefix("~/") {
@@ -106,14 +120,16 @@ impl Beside<'_> {
                 let home = std::env::var_os("HOME").ok_or("there is no home folder")?;
                 PathBuf::from(home).join(rest)
             }
-            None => self.0.parent().unwrap_or(Path::new("")).join(name),
+            None => self.file.parent().unwrap_or(Path::new("")).join(name),
         })
     }
 }
 
 impl FileSource for Beside<'_> {
     fn text(&self, name: &str) -> Result<String, String> {
-        input::text(&self.path(name)?, "file").map_err(|failure| {
+        let path = self.path(name)?;
+        self.named.borrow_mut().push(path.clone());
+        input::text(&path, "file").map_err(|failure| {
             let text = failure.text();
             let message = text.lines().next().unwrap_or_default();
             message.trim_start_matches("error: ").to_owned()

@@ -635,6 +635,13 @@ fn a_printer_is_imported_checked_and_measured() {
     bench.expect(0, &["machine", "import", "all.cfg", "--out", "all.toml"]);
     let machine = std::fs::read_to_string(bench.path("all.toml")).unwrap();
     assert!(machine.contains("lead_mm = 32.0 # [stepper_x] rotation_distance"));
+    // Nor may the machine file take the place of one of them.
+    bench.refuses(
+        &["machine", "import", "all.cfg", "--out", "parts/x.cfg"],
+        &["parts/x.cfg is the file that the description names"],
+    );
+    let part = std::fs::read_to_string(bench.path("parts/x.cfg")).unwrap();
+    assert!(part.starts_with("[stepper_x]"));
     bench.refuses(
         &["machine", "import", "odd.txt"],
         &["the format is not recognised", "klipper, fluidnc, duet"],
