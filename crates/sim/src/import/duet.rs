@@ -51,7 +51,7 @@ struct Whole {
 }
 
 /// Reads the file.
-fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("RepRapFirmware");
     draft.dialect = Some("marlin");
     draft.control = Some(Control::RepRapFirmware);

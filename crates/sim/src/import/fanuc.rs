@@ -208,7 +208,7 @@ impl PunchedOut<'_> {
 }
 
 /// Reads the parameters.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Fanuc");
     draft.dialect = Some("fanuc");
     draft.control = Some(Control::Fanuc);

@@ -100,7 +100,7 @@ fn leaves(text: &str) -> Result<Vec<Leaf>, Problem> {
 type LastLeaves<'a> = BTreeMap<String, &'a Leaf>;
 
 /// Reads the file.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("FluidNC");
     draft
         .expected

@@ -30,7 +30,7 @@ const DIALECTS: [(&str, &str); 4] = [
 ];
 
 /// Reads the file.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let root: Value = serde_json::from_str(text).map_err(|error| {
         vec![problem(
             error.line(),

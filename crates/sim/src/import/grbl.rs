@@ -80,7 +80,7 @@ impl Setting<'_> {
 }
 
 /// Reads the settings.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("grbl");
     draft
         .expected

@@ -207,7 +207,7 @@ impl ConfigFile {
 }
 
 /// Reads the file.
-fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Klipper");
     draft.dialect = Some("klipper");
     draft.control = Some(Control::Klipper);

@@ -30,7 +30,7 @@ pub(super) const FORMAT: Format = Format {
 };
 
 /// Reads the file.
-fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut ini = ini::read(text, options)?;
     let mut problems = Vec::new();
     let mut draft = Draft::new("LinuxCNC");

@@ -4,16 +4,19 @@
 //! `#define` of DEFAULT_AXIS_STEPS_PER_UNIT, DEFAULT_MAX_FEEDRATE, DEFAULT_MAX_ACCELERATION,
 //! BACKLASH_DISTANCE_MM, BACKLASH_CORRECTION, BACKLASH_SMOOTHING_MM, X_MIN_POS, X_MAX_POS (with
 //! X_BED_SIZE), X_MICROSTEPS, X_CURRENT, COREXY. M503 tells no travel, and its answer
-//! in inches (G20) is refused. See
+//! in inches (G20) is refused. Conditions
+//! are read (`header`), values may be sums and products of names, and a Configuration_adv.h beside a
+//! Configuration.h is read behind it. See
 //! <https://marlinfw.org/docs/configuration/configuration.html>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
+use super::expression::Fault;
+use super::header::{Define, Header};
 use super::mcodes::{self, Firmware, MCode};
 use super::{Format, ImportOptions, not_negative, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 /// The format's row. Its files have no extension of their own.
@@ -25,7 +28,9 @@ pub(super) const FORMAT: Format = Format {
             let mut codes = text.lines().map(|line| mcodes::code(1, line));
             codes.any(|code| matches!(code, Ok(Some(code)) if code.code == wanted))
         };
-        text.contains("DEFAULT_AXIS_STEPS_PER_UNIT") || (code("M92") && code("M203"))
+        text.contains(STEPS)
+            || (text.contains("#define") && is_companion(text))
+            || (code("M92") && code("M203"))
     },
     is_lines: true,
     read,
@@ -36,8 +41,8 @@ const UNITS: Firmware = Firmware {
     peak_a: 1e-3 * SQRT_2,
 };
 
-/// Deepest chain of names that stand for names.
-const DEEPEST: usize = 16;
+/// The switch of the backlash compensation.
+const BACKLASH: &str = "BACKLASH_COMPENSATION";
 
 const LETTERS: [AxisId; 3] = [AxisId::X, AxisId::Y, AxisId::Z];
 
@@ -53,7 +58,7 @@ struct Spread {
 }
 
 /// Reads the file.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, name: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("Marlin");
     draft.dialect = Some("marlin");
     draft.control = Some(Control::Marlin);
@@ -62,16 +67,15 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
         .expected
         .extend(super::XYZ.map(|axis| (axis, "machines of this control have it")));
     let (mut problems, mut spread) = (Vec::new(), Spread::default());
-    let defines = defines(text)?;
-    let last: LastDefines<'_> = defines.iter().map(|it| (it.name, it.value)).collect();
+    let header = header(&mut draft, text, options, name)?;
     let mut is_corexy = false;
-    for define in &defines {
-        match take_define(&mut draft, &last, define, &mut spread) {
+    for define in &header.defines {
+        match take_define(&mut draft, &header, define, &mut spread) {
             Ok(found) => is_corexy |= found,
             Err(found) => problems.push(found),
         }
     }
-    let is_header = !defines.is_empty();
+    let is_header = !header.defines.is_empty();
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         let code = match mcodes::code(number, line) {
@@ -104,12 +108,29 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
             note,
         );
     }
+    carry(&mut draft, &header, &spread);
+    draft.add_motors(&spread.further);
+    if is_corexy {
+        draft.belts();
+    }
+    Ok(draft)
+}
+
+/// What the control does about gaps that are told. A header tells it by a switch, and an answer to M503
+/// only where it is on.
+fn carry(draft: &mut Draft, header: &Header, spread: &Spread) {
+    let has_gap = draft.axes.iter().any(|axis| axis.gap.is_some());
+    if has_gap && !header.defines.is_empty() && header.is_on(BACKLASH) != Some(true) {
+        let note = "the control takes up no gap without it: BACKLASH_DISTANCE_MM is the gap alone";
+        draft.row(BACKLASH, "not defined", Fate::Ignored, note);
+        return;
+    }
     let settings = [
         ("correction", spread.correction),
         ("smoothing_mm", spread.smoothing_mm),
     ];
     let told = settings.map(|(key, value)| value.map(|value| (key, value)));
-    if draft.axes.iter().any(|axis| axis.gap.is_some()) {
+    if has_gap {
         for (key, _) in settings.iter().filter(|(_, value)| value.is_none()) {
             let why = "how the gap is taken up is not told";
             draft.row(
@@ -124,11 +145,6 @@ fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
     if spread.correction != Some(0.0) {
         draft.carry("fixed-by-travel", |_| told.into_iter().flatten().collect());
     }
-    draft.add_motors(&spread.further);
-    if is_corexy {
-        draft.belts();
-    }
-    Ok(draft)
 }
 
 fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Problem> {
@@ -185,207 +201,223 @@ fn take(draft: &mut Draft, code: &MCode, spread: &mut Spread) -> Result<(), Prob
     Ok(())
 }
 
-/// A line `#define NAME VALUE` that is no comment.
-struct Define<'a> {
-    line: usize,
-    name: &'a str,
-    value: &'a str,
-}
+/// The header beside Configuration.h, which Marlin reads behind it.
+const COMPANION: &str = "Configuration_adv.h";
 
-/// What every name stands for.
-type LastDefines<'a> = BTreeMap<&'a str, &'a str>;
-
-/// What may stand behind the hash of a header's line.
-const DIRECTIVES: [&str; 13] = [
-    "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "include", "error",
-    "warning", "pragma", "line",
+/// Defines that only that one has.
+const OF_COMPANION: [&str; 3] = [
+    "CONFIGURATION_ADV_H_VERSION",
+    "BACKLASH_DISTANCE_MM",
+    "X_MICROSTEPS",
 ];
 
-/// The defines of a header; none if the text is none.
-///
-/// # Errors
-/// Directives that are none, and comments and conditions that do not end: of a header that was cut.
-fn defines(text: &str) -> Result<Vec<Define<'_>>, Vec<Problem>> {
+/// Reads the defines of a header and, if it is a Configuration.h, of the one beside it; none if the
+/// text is no header.
+fn header(
+    draft: &mut Draft,
+    text: &str,
+    options: &ImportOptions<'_>,
+    name: &str,
+) -> Result<Header, Vec<Problem>> {
+    let mut header = Header::default();
     if !text.lines().any(|line| line.contains("#define")) {
-        return Ok(Vec::new());
+        return Ok(header);
     }
-    let (mut found, mut problems) = (Vec::new(), Vec::new());
-    // Where a comment, and where conditions began that have not ended yet.
-    let (mut comment, mut conditions) = (None, Vec::new());
-    for (index, line) in text.lines().enumerate() {
-        let line_number = index + 1;
-        let mut told = line;
-        if comment.is_some() {
-            let Some((_, behind)) = told.split_once("*/") else {
-                continue;
-            };
-            (comment, told) = (None, behind);
+    header.read(text, None)?;
+    if is_companion(text) {
+        let message = format!("is the {COMPANION} of a configuration, without its Configuration.h");
+        let hint = "import the Configuration.h beside it: both are read then";
+        return Err(vec![problem(1, "", message, hint)]);
+    }
+    if !name.eq_ignore_ascii_case("Configuration.h") {
+        return Ok(header);
+    }
+    match options.files.text(COMPANION) {
+        Ok(beside) if beside.len() > options.max_bytes.saturating_sub(text.len()) => {
+            let message = format!("together more than {} bytes", options.max_bytes);
+            return Err(vec![problem(1, COMPANION, message, "")]);
         }
-        told = told.split("//").next().unwrap_or_default();
-        if let Some((before, behind)) = told.split_once("/*") {
-            told = before;
-            if !behind.contains("*/") {
-                comment = Some(line_number);
-            }
+        Ok(beside) => {
+            header.read(&beside, Some(COMPANION))?;
+            draft.row(COMPANION, "", Fate::Used, "read behind Configuration.h");
         }
-        let Some(rest) = told.trim().strip_prefix('#') else {
-            continue;
-        };
-        let rest = rest.trim_start();
-        let end = rest
-            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-            .unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        match word {
-            "define" => {
-                let (name, value) = rest
-                    .trim_start()
-                    .split_once(char::is_whitespace)
-                    .unwrap_or((rest.trim_start(), ""));
-                if name.is_empty() {
-                    problems.push(problem(line_number, "#define", "has no name", CUT));
-                }
-                found.push(Define {
-                    line: line_number,
-                    name,
-                    value: value.trim(),
-                });
-            }
-            "if" | "ifdef" | "ifndef" => conditions.push(line_number),
-            "endif" if conditions.pop().is_none() => {
-                let message = "there is no #if before it";
-                problems.push(problem(line_number, "#endif", message, CUT));
-            }
-            word if !DIRECTIVES.contains(&word) => {
-                let key = format!("#{word}");
-                let hint = "write #define NAME VALUE";
-                problems.push(problem(line_number, &key, "is no directive", hint));
-            }
-            _ => {}
+        Err(why) => {
+            let note = format!("not read ({why}): backlash, currents and microsteps stand there");
+            draft.row(COMPANION, "", Fate::Ignored, note);
         }
     }
-    for (open, what) in [(conditions.last().copied(), "#if"), (comment, "/*")] {
-        if let Some(line) = open {
-            problems.push(problem(line, what, "does not end", CUT));
+    Ok(header)
+}
+
+/// Whether a header is a Configuration_adv.h alone.
+fn is_companion(text: &str) -> bool {
+    !text.contains(STEPS) && OF_COMPANION.iter().any(|name| text.contains(name))
+}
+
+/// What every Configuration.h has.
+const STEPS: &str = "DEFAULT_AXIS_STEPS_PER_UNIT";
+
+/// The number that a value is; `None` where what it depends on cannot be told, which is said.
+fn resolved(
+    draft: &mut Draft,
+    header: &Header,
+    define: &Define,
+    text: &str,
+) -> Result<Option<f64>, Problem> {
+    match header.number(text) {
+        Ok(value) => Ok(Some(value)),
+        Err(Fault::Unknown(name)) if header.is_told(&name) || name.contains('(') => {
+            let note = format!("depends on {name}, which cannot be told from the file");
+            draft.row(define.key(), define.value.as_str(), Fate::Ignored, note);
+            Ok(None)
         }
-    }
-    if problems.is_empty() {
-        Ok(found)
-    } else {
-        Err(problems)
+        Err(Fault::Unknown(what)) => number(define.line, &define.key(), &what).map(Some),
+        Err(Fault::Bad(_)) => number(define.line, &define.key(), text).map(Some),
     }
 }
 
-/// What damage like this may come from.
-const CUT: &str = "is a part of the file missing?";
+/// Whether a define says something of an axis or of the kinematics.
+fn is_read(name: &str) -> bool {
+    list_of(name).is_some()
+        || quantity_of(name).is_some()
+        || OTHER_KINEMATICS.contains(&name)
+        || matches!(
+            name,
+            "COREXY" | "BACKLASH_CORRECTION" | "BACKLASH_SMOOTHING_MM"
+        )
+}
 
-/// The number that a value is, or that the name in it stands for.
-fn resolved(defines: &LastDefines<'_>, define: &Define<'_>, text: &str) -> Result<f64, Problem> {
-    let mut text = text.trim().trim_matches(['(', ')']);
-    for _ in 0..DEEPEST {
-        match defines.get(text) {
-            Some(value) => text = value.trim_matches(['(', ')']),
-            None => break,
-        }
+/// Kinematics that are not read.
+const OTHER_KINEMATICS: [&str; 7] = [
+    "DELTA",
+    "SCARA",
+    "MORGAN_SCARA",
+    "COREXZ",
+    "COREYZ",
+    "MARKFORGED_XY",
+    "POLAR",
+];
+
+/// What a list of a value for each axis tells.
+fn list_of(name: &str) -> Option<Quantity> {
+    match name {
+        STEPS => Some(Quantity::StepsPerUnit),
+        "DEFAULT_MAX_FEEDRATE" => Some(Quantity::Velocity),
+        "DEFAULT_MAX_ACCELERATION" => Some(Quantity::Acceleration),
+        "BACKLASH_DISTANCE_MM" => Some(Quantity::Gap),
+        _ => None,
     }
-    number(define.line, define.name, text)
+}
+
+/// What a value of one axis tells: `X_MAX_POS`.
+fn quantity_of(name: &str) -> Option<(AxisId, Quantity)> {
+    let mut rest = name.chars();
+    let axis = rest.next().and_then(AxisId::from_letter);
+    let quantity = match rest.as_str() {
+        "_MIN_POS" => Quantity::Min,
+        "_MAX_POS" => Quantity::Max,
+        "_MICROSTEPS" => Quantity::Microsteps,
+        "_CURRENT" => Quantity::PeakCurrent,
+        _ => return None,
+    };
+    let axis = axis.filter(|axis| LETTERS.contains(axis))?;
+    Some((axis, quantity))
+}
+
+/// Takes a list over, a value for each axis.
+fn take_list(
+    draft: &mut Draft,
+    header: &Header,
+    define: &Define,
+    quantity: Quantity,
+) -> Result<(), Problem> {
+    let key = define.key();
+    let values = define
+        .value
+        .strip_prefix('{')
+        .and_then(|rest| rest.strip_suffix('}'));
+    let Some(values) = values else {
+        let message = format!("`{}` is no list", define.value);
+        let hint = "write { 80, 80, 400 }";
+        return Err(problem(define.line, &key, message, hint));
+    };
+    for (axis, text) in LETTERS.into_iter().zip(values.split(',')) {
+        let Some(value) = resolved(draft, header, define, text)? else {
+            continue;
+        };
+        let shown = format!("{value}");
+        let value = if quantity == Quantity::Gap {
+            not_negative(define.line, &key, &shown)?
+        } else {
+            positive(define.line, &key, &shown)?
+        };
+        let told = Told {
+            value,
+            from: define.key_of(axis),
+            line: define.line,
+        };
+        draft.tell(axis, quantity, told, text.trim());
+    }
+    Ok(())
 }
 
 /// Takes a define over; whether it says that the machine is a CoreXY.
 fn take_define(
     draft: &mut Draft,
-    defines: &LastDefines<'_>,
-    define: &Define<'_>,
+    header: &Header,
+    define: &Define,
     spread: &mut Spread,
 ) -> Result<bool, Problem> {
-    let list = match define.name {
-        "DEFAULT_AXIS_STEPS_PER_UNIT" => Some(Quantity::StepsPerUnit),
-        "DEFAULT_MAX_FEEDRATE" => Some(Quantity::Velocity),
-        "DEFAULT_MAX_ACCELERATION" => Some(Quantity::Acceleration),
-        "BACKLASH_DISTANCE_MM" => Some(Quantity::Gap),
-        _ => None,
+    let name = define.name.as_str();
+    if !is_read(name) {
+        spread.others += 1;
+        return Ok(false);
+    }
+    let key = define.key();
+    if let Some(why) = &define.left_out {
+        draft.row(key, define.value.as_str(), Fate::Ignored, why.as_str());
+        return Ok(false);
+    }
+    if let Some(quantity) = list_of(name) {
+        take_list(draft, header, define, quantity)?;
+        return Ok(false);
+    }
+    if name == "COREXY" {
+        draft.row(key, "", Fate::Used, "kinematics");
+        return Ok(true);
+    }
+    if OTHER_KINEMATICS.contains(&name) {
+        let hint = "known are cartesian and CoreXY; start from `machine show delta` for a delta";
+        return Err(problem(define.line, &key, "is not known here", hint));
+    }
+    let Some(value) = resolved(draft, header, define, &define.value)? else {
+        return Ok(false);
     };
-    if let Some(quantity) = list {
-        let values = define
-            .value
-            .strip_prefix('{')
-            .and_then(|rest| rest.strip_suffix('}'));
-        let Some(values) = values else {
-            let message = format!("`{}` is no list", define.value);
-            let hint = "write { 80, 80, 400 }";
-            return Err(problem(define.line, define.name, message, hint));
+    if let Some((axis, quantity)) = quantity_of(name) {
+        let factor = if quantity == Quantity::PeakCurrent {
+            UNITS.peak_a
+        } else {
+            1.0
         };
-        for (axis, text) in LETTERS.into_iter().zip(values.split(',')) {
-            let value = resolved(defines, define, text)?;
-            let shown = format!("{value}");
-            let value = if quantity == Quantity::Gap {
-                not_negative(define.line, define.name, &shown)?
-            } else {
-                positive(define.line, define.name, &shown)?
-            };
-            let told = Told {
-                value,
-                from: format!("{} {axis}", define.name),
-                line: define.line,
-            };
-            draft.tell(axis, quantity, told, text.trim());
-        }
+        let told = Told {
+            value: value * factor,
+            from: key,
+            line: define.line,
+        };
+        draft.tell(axis, quantity, told, &define.value);
         return Ok(false);
     }
-    match define.name {
-        "COREXY" => {
-            draft.row("COREXY", "", Fate::Used, "kinematics");
-            return Ok(true);
-        }
-        "DELTA" | "SCARA" | "MORGAN_SCARA" | "COREXZ" | "COREYZ" | "MARKFORGED_XY" | "POLAR" => {
-            let hint =
-                "known are cartesian and CoreXY; start from `machine show delta` for a delta";
-            return Err(problem(define.line, define.name, "is not known here", hint));
-        }
-        "BACKLASH_CORRECTION" | "BACKLASH_SMOOTHING_MM" => {
-            let value = resolved(defines, define, define.value)?;
-            let slot = if define.name == "BACKLASH_CORRECTION" {
-                &mut spread.correction
-            } else {
-                &mut spread.smoothing_mm
-            };
-            *slot = Some(not_negative(define.line, define.name, &format!("{value}"))?);
-            draft.row(
-                define.name,
-                define.value,
-                Fate::Used,
-                "how the gap is taken up",
-            );
-            return Ok(false);
-        }
-        _ => {}
-    }
-    let mut name = define.name.chars();
-    let axis = name.next().and_then(AxisId::from_letter);
-    let quantity = match name.as_str() {
-        "_MIN_POS" => Quantity::Min,
-        "_MAX_POS" => Quantity::Max,
-        "_MICROSTEPS" => Quantity::Microsteps,
-        "_CURRENT" => Quantity::PeakCurrent,
-        _ => {
-            spread.others += 1;
-            return Ok(false);
-        }
-    };
-    let Some(axis) = axis.filter(|axis| LETTERS.contains(axis)) else {
-        return Ok(false);
-    };
-    let value = resolved(defines, define, define.value)?;
-    let factor = if quantity == Quantity::PeakCurrent {
-        UNITS.peak_a
+    let slot = if name == "BACKLASH_CORRECTION" {
+        &mut spread.correction
     } else {
-        1.0
+        &mut spread.smoothing_mm
     };
-    let told = Told {
-        value: value * factor,
-        from: define.name.to_owned(),
-        line: define.line,
-    };
-    draft.tell(axis, quantity, told, define.value);
+    *slot = Some(not_negative(define.line, &key, &format!("{value}"))?);
+    draft.row(
+        key,
+        define.value.as_str(),
+        Fate::Used,
+        "how the gap is taken up",
+    );
     Ok(false)
 }

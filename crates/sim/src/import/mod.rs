@@ -9,10 +9,12 @@
 
 mod dh;
 mod draft;
+mod expression;
 mod fill;
 mod freecad_chain;
 mod gantry;
 mod hal;
+mod header;
 mod ini;
 mod kins;
 mod linuxcnc_files;
@@ -41,8 +43,8 @@ struct Format {
     looks_like: fn(&str) -> bool,
     /// Whether it is lines, of which a cut leaves some: what is nested does not read then.
     is_lines: bool,
-    /// Reads a text.
-    read: fn(&str, &ImportOptions<'_>) -> Result<Draft, Vec<Problem>>,
+    /// Reads a text, by the file's name without its folder.
+    read: fn(&str, &ImportOptions<'_>, &str) -> Result<Draft, Vec<Problem>>,
 }
 
 /// Makes, from one line a format, the module, the variant of [`ImportFormat`] and its row:
@@ -96,6 +98,7 @@ formats! {
 impl ImportFormat {
     /// By extension, then by what the text looks like; `None` if no format claims it.
     pub fn recognise(name: &str, text: &str) -> Option<ImportFormat> {
+        let text = without_mark(text);
         let all = || ImportFormat::NAMES.into_iter().map(|(_, format)| format);
         let extension = name
             .rsplit_once('.')
@@ -264,9 +267,14 @@ fn read(
             "allow more if it is one",
         )]));
     }
-    let text = with_name(name, text);
+    let text = with_name(name, without_mark(text));
     let format = format.format();
-    let mut draft = (format.read)(&text, options).map_err(fail)?;
+    let files = WithoutMarks(options.files);
+    let options = ImportOptions {
+        files: &files,
+        ..*options
+    };
+    let mut draft = (format.read)(&text, &options, file_name(name)).map_err(fail)?;
     if format.is_lines {
         draft.report_open_end(&text);
     }
@@ -274,6 +282,36 @@ fn read(
     draft.forget_zero_gaps();
     gantry::settle(&mut draft);
     Ok(draft)
+}
+
+/// The mark of the order of bytes that editors of Windows put before a text in UTF-8.
+const MARK: char = '\u{feff}';
+
+/// A text without the mark before it, which would hide what its first line is.
+fn without_mark(text: &str) -> &str {
+    text.strip_prefix(MARK).unwrap_or(text)
+}
+
+/// Files without the marks before them.
+struct WithoutMarks<'a>(Files<'a>);
+
+impl FileSource for WithoutMarks<'_> {
+    fn text(&self, name: &str) -> Result<String, String> {
+        let mut text = self.0.text(name)?;
+        if text.starts_with(MARK) {
+            text.remove(0);
+        }
+        Ok(text)
+    }
+
+    fn names(&self, folder: &str) -> Result<Vec<String>, String> {
+        self.0.names(folder)
+    }
+}
+
+/// A file's name without its folder.
+fn file_name(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or_default()
 }
 
 /// TwinCAT writes this word into a file of one axis in the place of the axis' name, which is that of
@@ -285,7 +323,7 @@ fn with_name<'a>(name: &str, text: &'a str) -> Cow<'a, str> {
     if !text.contains(FILE_NAME) {
         return text.into();
     }
-    let file = name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let file = file_name(name);
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     // Nothing that means something in XML.
     let plain: String = stem.chars().filter(|c| !"<>&\"'".contains(*c)).collect();

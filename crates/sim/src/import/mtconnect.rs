@@ -25,7 +25,7 @@ pub(super) const FORMAT: Format = Format {
 const MOST_NODES: u32 = 20_000;
 
 /// Reads the description.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let document = xml(text, MOST_NODES)?;
     let mut draft = Draft::new("MTConnect");
     let mut problems = Vec::new();

@@ -145,7 +145,7 @@ struct AxisName {
 }
 
 /// Reads the archive.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut reading = Reading::new();
     let data = reading.data(text);
     reading.check_end(text);

@@ -60,7 +60,7 @@ const KNOWN: &[(&str, &str, &str)] = &[
 const NOT_READ: &str = "not read: compare it with what was taken";
 
 /// Reads the axes.
-fn read(text: &str, _: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let document = xml(text, MOST_NODES)?;
     let line = |node: Node<'_, '_>| document.text_pos_at(node.range().start).row as usize;
     let named =

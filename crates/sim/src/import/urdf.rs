@@ -94,7 +94,7 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
 }
 
 /// Reads the file.
-fn read(text: &str, options: &ImportOptions<'_>) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let document = xml(text, MOST_NODES)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {

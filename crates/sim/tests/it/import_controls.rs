@@ -9,7 +9,7 @@ use lostmotion_sim::import::{
 };
 use lostmotion_sim::{Machine, Program, Simulation};
 
-fn read_with(
+pub(crate) fn read_with(
     name: &str,
     text: &str,
     options: &ImportOptions<'_>,
@@ -344,7 +344,7 @@ fn reprapfirmware() {
 #[test]
 fn marlin_answers_and_headers_say_the_same() {
     let dump = "Recv: echo:; Steps per unit:\nRecv: echo:  M92 X80.00 Y80.00 Z400.00 E93.00\nRecv: echo: M203 X300.00 Y300.00 Z5.00 E25.00\nRecv: echo:  M201 X500.00 Y500.00 Z100.00 E5000.00\nRecv: echo:  M205 J0.01\nRecv: echo:  M425 F0.50 S3.00 X0.20 Y0.36 Z0.02\nRecv: ok\n";
-    let header = "#define X_BED_SIZE 220\n#define DEFAULT_AXIS_STEPS_PER_UNIT   { 80, 80, 400, 93 } // mm\n#define DEFAULT_MAX_FEEDRATE { 300, 300, 5, 25 }\n#define DEFAULT_MAX_ACCELERATION { 500, 500, 100, 5000 }\n//#define COREXY\n#define X_MIN_POS 0\n#define X_MAX_POS X_BED_SIZE\n#define BACKLASH_DISTANCE_MM { 0.20, 0.36, 0.02 }\n#define BACKLASH_CORRECTION 0.5\n#define BACKLASH_SMOOTHING_MM 3\n#define X_CURRENT 800\n";
+    let header = "#define X_BED_SIZE 220\n#define DEFAULT_AXIS_STEPS_PER_UNIT   { 80, 80, 400, 93 } // mm\n#define DEFAULT_MAX_FEEDRATE { 300, 300, 5, 25 }\n#define DEFAULT_MAX_ACCELERATION { 500, 500, 100, 5000 }\n//#define COREXY\n#define X_MIN_POS 0\n#define X_MAX_POS X_BED_SIZE\n#define BACKLASH_COMPENSATION\n#define BACKLASH_DISTANCE_MM { 0.20, 0.36, 0.02 }\n#define BACKLASH_CORRECTION 0.5\n#define BACKLASH_SMOOTHING_MM 3\n#define X_CURRENT 800\n";
     let (_, a) = read("dump.gcode", dump);
     let (_, b) = read("Configuration.h", header);
     for machine in [&a, &b] {
@@ -698,6 +698,11 @@ fn long_descriptions_end() {
         ),
         ("duet", long(&|n| format!("M92 X{n}1\n"))),
         ("marlin", long(&|n| format!("#define X_MAX_POS A{n}\n"))),
+        // Names that stand for twice themselves, and conditions on them.
+        (
+            "marlin",
+            long(&|n| format!("#define A{} A{n} + A{n}\n#if A{n}\n#endif\n", n + 1)),
+        ),
         ("grbl", long(&|n| format!("${}=1\n", n + 1000))),
         (
             "linuxcnc",
