@@ -2,8 +2,10 @@
 //!
 //! M92 steps/mm, M203 mm/min, M201 mm/s2, M208 travel (`X0:200`, or S1 for the lower ends and S0
 //! for the upper ones), M350 microsteps, M906 peak current in mA, M425 gap with its multiple S,
-//! M584 drivers, M669 kinematics (K0 cartesian, K1 CoreXY), M550 name; files that M98 calls. See
-//! <https://docs.duet3d.com/User_manual/Reference/Gcodes>.
+//! M584 drivers, M669 kinematics (K0 cartesian, K1 CoreXY), M550 name; files that M98 calls. Lines below
+//! `if`, `elif`, `else` and `while` are taken only where the condition is true as it is written. See
+//! <https://docs.duet3d.com/User_manual/Reference/Gcodes> and, on conditions,
+//! <https://docs.duet3d.com/User_manual/Reference/Gcode_meta_commands>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
 use super::mcodes::{self, Firmware, MCode};
@@ -46,6 +48,8 @@ struct Whole {
     is_corexy: bool,
     multiple: f64,
     bytes: usize,
+    /// Whether files call each other too deep: nothing further is read.
+    too_deep: bool,
     /// Drivers of axes behind their first.
     further: Vec<(AxisId, String)>,
 }
@@ -64,6 +68,7 @@ fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<P
         is_corexy: false,
         multiple: USUAL_MULTIPLE,
         bytes: 0,
+        too_deep: false,
         further: Vec::new(),
     };
     file(
@@ -99,8 +104,18 @@ fn file(
     whole: &mut Whole,
     problems: &mut Vec<Problem>,
 ) {
+    let mut conditions = Conditions::default();
     for (index, line) in text.lines().enumerate() {
+        if whole.too_deep {
+            return;
+        }
         let place = at.unwrap_or(index + 1);
+        if let Some(why) = conditions.line(place, line) {
+            if let Some(text) = mcodes::other(line) {
+                draft.row(format!("line {place}"), text, Fate::Ignored, why);
+            }
+            continue;
+        }
         let code = match mcodes::code(place, line) {
             Ok(Some(code)) => code,
             Ok(None) => {
@@ -118,12 +133,14 @@ fn file(
         if code.code == "M98"
             && let Some(name) = code.word('P')
         {
-            let found = if depth == DEEPEST {
-                Err(format!("more than {DEEPEST} deep"))
-            } else {
-                options.files.text(name.rsplit('/').next().unwrap_or(name))
-            };
-            match found {
+            if depth == DEEPEST {
+                let message = format!("files call each other more than {DEEPEST} deep");
+                let hint = "does a file call itself?";
+                problems.push(problem(code.line, "M98", message, hint));
+                whole.too_deep = true;
+                return;
+            }
+            match options.files.text(super::file_name(name)) {
                 Ok(text) if whole.bytes.saturating_add(text.len()) <= options.max_bytes => {
                     whole.bytes += text.len();
                     draft.row("M98", name, Fate::Used, "read in its place");
@@ -148,6 +165,101 @@ fn file(
         } else if let Err(found) = take(draft, &code, whole) {
             problems.push(found);
         }
+    }
+}
+
+/// A branch of a condition: the lines that are indented further than its word.
+struct Branch {
+    /// Column of the word.
+    indent: usize,
+    /// Its line.
+    line: usize,
+    /// Whether the lines run; `None` where only the firmware knows.
+    runs: Option<bool>,
+    /// Whether this branch or one before it ran, for an `else` behind them.
+    ran: Option<bool>,
+}
+
+/// Columns to which a tab moves on: a multiple of these (RepRapFirmware, StringParser::Put).
+const TAB: usize = 4;
+
+/// The branches around a line.
+#[derive(Default)]
+struct Conditions(Vec<Branch>);
+
+impl Conditions {
+    /// Goes on to a line; why it is not taken, if it is not.
+    fn line(&mut self, place: usize, line: &str) -> Option<String> {
+        let told = line.split(';').next().unwrap_or_default();
+        // Empty lines and comments end no block.
+        if told.trim().is_empty() {
+            return None;
+        }
+        let blanks = told.chars().take_while(|c| matches!(c, ' ' | '\t'));
+        let indent = blanks.fold(0, |at, c| {
+            if c == '\t' {
+                (at / TAB + 1) * TAB
+            } else {
+                at + 1
+            }
+        });
+        self.0.retain(|branch| branch.indent <= indent);
+        // A line as far out as the word of a branch ends it, or is its next branch.
+        let before = self.0.pop_if(|branch| branch.indent == indent);
+        let around = self.0.iter().rfind(|branch| branch.runs != Some(true));
+        let why = around.map(|branch| match branch.runs {
+            None => format!("depends on the condition in line {}", branch.line),
+            _ => format!("the condition in line {} is false", branch.line),
+        });
+        let told = told.trim();
+        let end = told
+            .find(|c: char| !c.is_ascii_lowercase())
+            .unwrap_or(told.len());
+        let (word, condition) = told.split_at(end);
+        let ran = before.map_or(Some(true), |branch| branch.ran);
+        let (runs, ran) = match word {
+            "if" => (literal(condition), literal(condition)),
+            // How often is not known either.
+            "while" => (literal(condition).filter(|runs| !runs), Some(true)),
+            "elif" => {
+                let own = literal(condition);
+                (
+                    both(negated(ran), own),
+                    negated(both(negated(ran), negated(own))),
+                )
+            }
+            "else" => (negated(ran), Some(true)),
+            _ => return why,
+        };
+        self.0.push(Branch {
+            indent,
+            line: place,
+            runs,
+            ran,
+        });
+        why
+    }
+}
+
+/// A condition that is told as it is written; `None` for all that the firmware works out.
+fn literal(condition: &str) -> Option<bool> {
+    match condition.trim_matches(|c: char| c.is_whitespace() || "{}()".contains(c)) {
+        "true" => Some(true),
+        "false" => Some(false),
+        _ => None,
+    }
+}
+
+fn negated(value: Option<bool>) -> Option<bool> {
+    value.map(|value| !value)
+}
+
+/// Whether both hold; false if one is, whatever the other.
+fn both(a: Option<bool>, b: Option<bool>) -> Option<bool> {
+    match (a, b) {
+        (Some(false), _) | (_, Some(false)) => Some(false),
+        (Some(true), b) => b,
+        (None, _) => None,
     }
 }
 
