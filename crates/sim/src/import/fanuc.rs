@@ -1,4 +1,7 @@
-//! Fanuc's parameters as punched out: `N01851Q1A1P4A2P0`, parameter, path, then axis and value.
+//! Fanuc's parameters as punched out: `N01851Q1A1P4A2P0`, parameter, kind of data, then axis and value.
+//! The 30i, 31i, 32i and later have `M250.0` and `I9.8425` for lengths in mm and inch, whatever the
+//! machine counts in, `L` for the path, `S` for the spindle and `T` for the machine group; their `Q1` says
+//! that the data are parameters (B-63950EN, p. 8; B-63330EN, p. 25).
 //!
 //! 1001#0 INM, 1006#0 ROT, 1013 or 1004 increment system, 1020 names of axes, 1320 and 1321 stroke
 //! limits, 1420 rapid speed (mm/min, deg/min), 1620 its time constant (ms), 1660 largest
@@ -14,7 +17,7 @@ use super::{Format, ImportOptions, not_negative, number, problem};
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The format's row. Its files have the extensions of many.
 pub(super) const FORMAT: Format = Format {
@@ -27,7 +30,7 @@ pub(super) const FORMAT: Format = Format {
             let rest = numbers.iter().find_map(|it| line.strip_prefix(it));
             rest.is_some_and(|rest| {
                 let rest = rest.trim_start();
-                rest.starts_with(['Q', 'A']) && rest.contains('P')
+                rest.starts_with(['Q', 'A']) && rest.contains(['P', 'M', 'I'])
             })
         })
     },
@@ -47,12 +50,30 @@ const GAIN_PER_S: f64 = 0.01;
 /// Stroke limits from here on are none, in increments.
 const NO_LIMIT: f64 = 99_999_999.0;
 
+/// Parameters that are taken over.
+const TAKEN: [u32; 17] = [
+    1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1820, 1828, 1829, 1851, 1852,
+    8311,
+];
+
+/// Parameters whose values are lengths and what is made of them, and may be told in inches. Gaps and
+/// deviations are in detection units.
+const LENGTHS: [u32; 4] = [1320, 1321, 1420, 1660];
+
+/// An inch, mm.
+const INCH_MM: f64 = 25.4;
+
+/// Least increments of an inch in those of a mm: 0.0001 inch where the other is 0.001 mm (B-64490EN).
+const INCH_INCREMENT: f64 = 0.1;
+
 /// A value of one parameter of one axis; axis 0 of those that have none.
 struct ParameterValue<'a> {
     line: usize,
     number: u32,
     axis: usize,
     value: &'a str,
+    /// Whether its letter is I, for inch.
+    is_inch: bool,
 }
 
 impl ParameterValue<'_> {
@@ -61,6 +82,15 @@ impl ParameterValue<'_> {
             format!("N{}", self.number)
         } else {
             format!("N{} A{}", self.number, self.axis)
+        }
+    }
+
+    /// What the value is in, mm; 1 of an axis that turns, whose degrees are the same in inches.
+    fn mm(&self, axis: AxisId) -> f64 {
+        if self.is_inch && !axis.is_rotary() {
+            INCH_MM
+        } else {
+            1.0
         }
     }
 
@@ -106,7 +136,7 @@ fn check_ends(text: &str) -> Result<(), Problem> {
     }
 }
 
-/// The values of a line; where there are none, why.
+/// The values of a line; where some are not taken, why.
 fn line<'a>(
     number: usize,
     text: &'a str,
@@ -121,15 +151,37 @@ fn line<'a>(
         return Ok((!told.is_empty()).then_some("no parameter"));
     };
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    let (code, mut rest) = rest.split_at(digits);
+    let (code, rest) = rest.split_at(digits);
     let bad = || {
         let hint = "parameters are written as N01851Q1A1P4A2P0";
         problem(number, told, "is no parameter", hint)
     };
     let code: u32 = code.parse().map_err(|_| bad())?;
     let before = entries.len();
+    match values(number, code, rest, entries) {
+        Some(why) => Ok(why),
+        None if TAKEN.contains(&code) => Err(bad()),
+        // Whatever it is: no axis needs it.
+        None => {
+            entries.truncate(before);
+            Ok(Some("not read, and of no axis"))
+        }
+    }
+}
+
+/// The values behind a parameter's number, and why some of them are not taken; `None` if they are not
+/// written as values are.
+fn values<'a>(
+    line: usize,
+    number: u32,
+    mut rest: &'a str,
+    entries: &mut Vec<ParameterValue<'a>>,
+) -> Option<Option<&'static str>> {
+    let before = entries.len();
     // Whether an axis has been named whose value has not come yet.
     let (mut axis, mut waits) = (0, false);
+    // Why the values that follow are not taken, and why any was not.
+    let (mut left_out, mut why) = (None, None);
     while let Some(letter) = rest.chars().next() {
         let behind = &rest[letter.len_utf8()..];
         let end = behind
@@ -138,34 +190,46 @@ fn line<'a>(
         let (value, next) = behind.split_at(end);
         let value = value.trim();
         match letter {
-            // The second path and further ones are other machines' halves.
+            // Parameters, or the first path: both are written as 1. Further paths are other machines'
+            // halves.
             'Q' => match value.parse::<u32>() {
+                Ok(0) => return Some(Some("data of the pitch error compensation")),
                 Ok(1) => {}
-                Ok(path) if path > 1 => return Ok(Some("of another path")),
-                _ => return Err(bad()),
+                Ok(_) => return Some(Some("of another path")),
+                Err(_) => return None,
             },
-            'A' if waits => return Err(bad()),
-            'A' => (axis, waits) = (value.parse().map_err(|_| bad())?, true),
-            'P' if axis <= MOST_AXES => {
+            'L' => {
+                left_out =
+                    (value.parse::<u32>().is_ok_and(|path| path > 1)).then_some("of another path")
+            }
+            'T' => {
+                let is_first = value.parse::<u32>().is_ok_and(|group| group == 1);
+                left_out = (!is_first || !TAKEN.contains(&number)).then_some("of a machine group");
+            }
+            'A' if waits => return None,
+            'A' => (axis, waits) = (value.parse().ok()?, true),
+            'P' | 'M' | 'I' if axis > MOST_AXES => return None,
+            'P' | 'M' | 'I' if left_out.is_some() => (waits, why) = (false, left_out),
+            'I' if TAKEN.contains(&number) && !LENGTHS.contains(&number) => {
+                (waits, why) = (false, Some("in inches, which it cannot be"));
+            }
+            'P' | 'M' | 'I' => {
                 waits = false;
                 entries.push(ParameterValue {
-                    line: number,
-                    number: code,
+                    line,
+                    number,
                     axis,
                     value,
+                    is_inch: letter == 'I',
                 });
             }
-            'P' => return Err(bad()),
-            // Of spindles and of groups of parameters.
-            'S' | 'L' | ' ' => {}
-            _ => return Err(bad()),
+            // Of spindles.
+            'S' | ' ' => {}
+            _ => return None,
         }
         rest = next;
     }
-    if waits || entries.len() == before {
-        return Err(bad());
-    }
-    Ok(None)
+    (!waits && (entries.len() > before || why.is_some())).then_some(why)
 }
 
 /// All parameters.
@@ -256,7 +320,9 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
     }
     let followers = followers(&all, &numbers);
     let own = |number: &usize| followers.iter().all(|(own, _)| own != number);
-    for number in numbers.into_iter().filter(own) {
+    let numbers: Vec<usize> = numbers.into_iter().filter(own).collect();
+    problems.extend(same_names(&all, &numbers));
+    for number in numbers {
         problems.extend(numbered(&mut draft, &all, number).err());
     }
     for (own, leading) in &followers {
@@ -269,11 +335,7 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
     if !problems.is_empty() {
         return Err(problems);
     }
-    let read = [
-        1001, 1004, 1006, 1013, 1020, 1320, 1321, 1420, 1620, 1660, 1800, 1820, 1828, 1829, 1851,
-        1852, 8311,
-    ];
-    for entry in all.0.iter().filter(|entry| !read.contains(&entry.number)) {
+    for entry in all.0.iter().filter(|entry| !TAKEN.contains(&entry.number)) {
         let note = match entry.value.parse::<f64>() {
             Ok(gain) if entry.number == 1825 => super::untaken_gain(gain * GAIN_PER_S),
             _ => backlash_acceleration(entry.number, entry.value).to_owned(),
@@ -281,6 +343,31 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
         draft.row(entry.name(), entry.value, Fate::Ignored, note);
     }
     Ok(draft)
+}
+
+/// Axes that have one name: the second would take the place of the first.
+fn same_names(all: &PunchedOut<'_>, numbers: &[usize]) -> Vec<Problem> {
+    let mut first: BTreeMap<char, usize> = BTreeMap::new();
+    let mut problems = Vec::new();
+    for number in numbers {
+        let Some((axis, _)) = all.axis(*number) else {
+            continue;
+        };
+        let letter = axis.letter();
+        let Some(before) = first.insert(letter, *number) else {
+            continue;
+        };
+        let line = all.of(1020, *number).or_else(|| all.of(1020, before));
+        let message = format!("A{before} and A{number} are both named {letter}");
+        let hint = "give one of them another name, or tell in 8311 that it follows the other";
+        problems.push(problem(
+            line.map_or(1, |it| it.line),
+            "N1020",
+            message,
+            hint,
+        ));
+    }
+    problems
 }
 
 /// What the servo adds at reversals, which is not carried: its units have no primary source here. Bits
@@ -408,11 +495,12 @@ fn take(
         };
         let value = number(entry.line, &entry.name(), entry.value)?;
         // Newer controls write mm with a point, older ones increments.
-        let value = if entry.value.contains('.') {
-            value
-        } else {
-            value * increment
+        let value = match (entry.value.contains('.'), entry.is_inch) {
+            (true, _) => value,
+            (false, false) => value * increment,
+            (false, true) => value * increment * INCH_INCREMENT,
         };
+        let value = value * entry.mm(axis);
         if value.abs() >= NO_LIMIT * increment {
             draft.row(entry.name(), entry.value, Fate::Ignored, "no limit");
         } else {
@@ -422,7 +510,7 @@ fn take(
     let amount = |key: u32| match all.of(key, number_of) {
         None => Ok(None),
         Some(entry) => {
-            let value = not_negative(entry.line, &entry.name(), entry.value)?;
+            let value = not_negative(entry.line, &entry.name(), entry.value)? * entry.mm(axis);
             Ok::<_, Problem>(Some((entry, value)).filter(|(_, value)| *value > 0.0))
         }
     };
