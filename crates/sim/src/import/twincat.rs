@@ -5,13 +5,15 @@
 //! `SoftEndMaxControl` with `Enable` and `Range`. Attributes that have their usual value are not
 //! written, so most files tell little. Seen in files of `_Config/NC/Axes` of
 //! <https://github.com/pcdshub/lcls-twincat-motion>; lengths are in the axis' unit, mm or degrees
-//! unless the user chose another.
+//! unless the user chose another. Of axes with one letter (`X-Axis`, `X2`) the first is taken: the file
+//! does not say which of them move one slide.
 
 use super::draft::{Draft, Fate, Quantity, Told};
 use super::{Format, ImportOptions, lettered, number, positive, problem, xml};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use roxmltree::Node;
+use std::collections::BTreeMap;
 
 /// The format's row.
 pub(super) const FORMAT: Format = Format {
@@ -68,6 +70,8 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
     let mut draft = Draft::new("TwinCAT NC");
     let mut problems = Vec::new();
     let mut seen = 0;
+    // Which name has an axis' letter: two of them would be blended into one axis.
+    let mut taken: BTreeMap<AxisId, &str> = BTreeMap::new();
     for node in document.descendants().filter(|node| named(node, "Axis")) {
         seen += 1;
         let name = node.children().find(|child| named(child, "Name"));
@@ -81,6 +85,13 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
             );
             continue;
         };
+        if let Some(first) = taken.get(&axis) {
+            let note =
+                format!("{axis} is `{first}` already: no second axis and no second motor of it");
+            draft.row(format!("Axis {name}"), "", Fate::Ignored, note);
+            continue;
+        }
+        taken.insert(axis, name);
         draft.axis(axis, axis.is_rotary());
         draft.row(
             format!("Axis {name}"),
