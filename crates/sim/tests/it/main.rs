@@ -17,6 +17,7 @@ mod gap_bound;
 mod gap_theorem;
 mod import;
 mod import_checks;
+mod import_conditions;
 mod import_controls;
 mod import_damage;
 mod import_gantry;
