@@ -169,7 +169,7 @@ fn file(
 }
 
 /// A branch of a condition: the lines that are indented further than its word.
-struct Branch {
+struct IfBranch {
     /// Column of the word.
     indent: usize,
     /// Its line.
@@ -185,7 +185,7 @@ const TAB: usize = 4;
 
 /// The branches around a line.
 #[derive(Default)]
-struct Conditions(Vec<Branch>);
+struct Conditions(Vec<IfBranch>);
 
 impl Conditions {
     /// Goes on to a line; why it is not taken, if it is not.
@@ -231,7 +231,7 @@ impl Conditions {
             "else" => (negated(ran), Some(true)),
             _ => return why,
         };
-        self.0.push(Branch {
+        self.0.push(IfBranch {
             indent,
             line: place,
             runs,

@@ -32,7 +32,7 @@ impl Number {
 
 /// Why there is no number.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Fault {
+pub(super) enum Untold {
     /// It depends on this, which the header does not tell.
     Unknown(String),
     /// This is no part of an expression.
@@ -40,23 +40,23 @@ pub(super) enum Fault {
 }
 
 /// A number, or why there is none.
-pub(super) type Found = Result<Number, Fault>;
+pub(super) type Worth = Result<Number, Untold>;
 
 /// What names and functions of names stand for.
 pub(super) trait Names {
     /// The number of a name, whose chain of names is so deep already.
-    fn name(&self, name: &str, depth: usize) -> Found;
+    fn name(&self, name: &str, depth: usize) -> Worth;
 
     /// The number of a function of names: `ENABLED(A, B)`, `defined(A)`.
-    fn function(&self, name: &str, words: &[&str]) -> Found;
+    fn function(&self, name: &str, words: &[&str]) -> Worth;
 }
 
 /// The number of a text.
 ///
 /// # Errors
 /// What is not known, and what is no expression.
-pub(super) fn number(text: &str, names: &dyn Names, depth: usize) -> Found {
-    let mut reader = Reader {
+pub(super) fn number(text: &str, names: &dyn Names, depth: usize) -> Worth {
+    let mut reader = ExpressionReader {
         tokens: tokens(text)?,
         at: 0,
         names,
@@ -65,13 +65,13 @@ pub(super) fn number(text: &str, names: &dyn Names, depth: usize) -> Found {
     };
     let found = reader.binary(0)?;
     match reader.next() {
-        Some(token) => Err(Fault::Bad(token.to_owned())),
+        Some(token) => Err(Untold::Bad(token.to_owned())),
         None => found,
     }
 }
 
 /// Words, numbers and signs.
-fn tokens(text: &str) -> Result<Vec<&str>, Fault> {
+fn tokens(text: &str) -> Result<Vec<&str>, Untold> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
     let (mut rest, mut found) = (text.trim_start(), Vec::new());
     while let Some(first) = rest.chars().next() {
@@ -95,7 +95,7 @@ fn tokens(text: &str) -> Result<Vec<&str>, Fault> {
         rest = behind.trim_start();
     }
     if found.len() > MOST_TOKENS {
-        return Err(Fault::Bad(format!("{} words and signs", found.len())));
+        return Err(Untold::Bad(format!("{} words and signs", found.len())));
     }
     Ok(found)
 }
@@ -110,8 +110,8 @@ const SIGNS: [&[&str]; 6] = [
     &["*", "/", "%"],
 ];
 
-/// Tokens as they are read. A `Fault::Bad` ends the reading; an unknown part is a value.
-struct Reader<'a> {
+/// Tokens as they are read. A `Untold::Bad` ends the reading; an unknown part is a value.
+struct ExpressionReader<'a> {
     tokens: Vec<&'a str>,
     at: usize,
     names: &'a dyn Names,
@@ -121,7 +121,7 @@ struct Reader<'a> {
     nested: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ExpressionReader<'a> {
     fn peek(&self) -> Option<&'a str> {
         self.tokens.get(self.at).copied()
     }
@@ -132,15 +132,15 @@ impl<'a> Reader<'a> {
         token
     }
 
-    fn expect(&mut self, wanted: &str) -> Result<(), Fault> {
+    fn expect(&mut self, wanted: &str) -> Result<(), Untold> {
         match self.next() {
             Some(token) if token == wanted => Ok(()),
-            other => Err(Fault::Bad(other.unwrap_or_default().to_owned())),
+            other => Err(Untold::Bad(other.unwrap_or_default().to_owned())),
         }
     }
 
     /// Numbers joined by signs that bind at least as much as those of a level.
-    fn binary(&mut self, level: usize) -> Result<Found, Fault> {
+    fn binary(&mut self, level: usize) -> Result<Worth, Untold> {
         let Some(signs) = SIGNS.get(level) else {
             return self.unary();
         };
@@ -153,10 +153,10 @@ impl<'a> Reader<'a> {
         Ok(left)
     }
 
-    fn unary(&mut self) -> Result<Found, Fault> {
+    fn unary(&mut self) -> Result<Worth, Untold> {
         self.nested += 1;
         if self.nested > DEEPEST {
-            return Err(Fault::Bad(format!("nested more than {DEEPEST} deep")));
+            return Err(Untold::Bad(format!("nested more than {DEEPEST} deep")));
         }
         let token = self.next().unwrap_or_default();
         let found = match token {
@@ -176,8 +176,8 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
-    fn word(&mut self, token: &'a str) -> Result<Found, Fault> {
-        let bad = || Fault::Bad(token.to_owned());
+    fn word(&mut self, token: &'a str) -> Result<Worth, Untold> {
+        let bad = || Untold::Bad(token.to_owned());
         let first = token.chars().next().ok_or_else(bad)?;
         if first.is_ascii_digit() || first == '.' {
             // 0.5f and 16UL are numbers of C.
@@ -205,7 +205,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The words of a function, up to its end.
-    fn words(&mut self) -> Result<Vec<&'a str>, Fault> {
+    fn words(&mut self) -> Result<Vec<&'a str>, Untold> {
         let (mut words, mut open) = (Vec::new(), 1);
         while open > 0 {
             match self.next() {
@@ -213,7 +213,7 @@ impl<'a> Reader<'a> {
                 Some(")") => open -= 1,
                 Some(",") => {}
                 Some(word) => words.push(word),
-                None => return Err(Fault::Bad(String::new())),
+                None => return Err(Untold::Bad(String::new())),
             }
         }
         Ok(words)
@@ -221,19 +221,19 @@ impl<'a> Reader<'a> {
 }
 
 /// An unknown number is one of those that an expression goes on with.
-fn settled(found: Found) -> Result<Found, Fault> {
+fn settled(found: Worth) -> Result<Worth, Untold> {
     match found {
-        Err(Fault::Bad(what)) => Err(Fault::Bad(what)),
+        Err(Untold::Bad(what)) => Err(Untold::Bad(what)),
         found => Ok(found),
     }
 }
 
 /// Two numbers and the sign between them.
-fn joined(sign: &str, left: Found, right: Found) -> Result<Found, Fault> {
+fn joined(sign: &str, left: Worth, right: Worth) -> Result<Worth, Untold> {
     // One side may decide.
     if matches!(sign, "&&" | "||") {
         let decides = sign == "||";
-        let decided = |side: &Found| matches!(side, Ok(it) if it.is_true() == decides);
+        let decided = |side: &Worth| matches!(side, Ok(it) if it.is_true() == decides);
         if decided(&left) || decided(&right) {
             return Ok(Ok(Number::truth(decides)));
         }
@@ -262,6 +262,6 @@ fn joined(sign: &str, left: Found, right: Found) -> Result<Found, Fault> {
     if value.is_finite() {
         Ok(Ok(Number { value, is_whole }))
     } else {
-        Err(Fault::Bad(format!("{} {sign} {}", a.value, b.value)))
+        Err(Untold::Bad(format!("{} {sign} {}", a.value, b.value)))
     }
 }

@@ -5,7 +5,7 @@
 //! EITHER, ALL, BOTH and NONE. What the headers define is known; names that Marlin makes up from them
 //! and from the board (`HAS_...`) are not, but for those about drivers of Trinamic.
 
-use super::expression::{self, Fault, Found, Names, Number};
+use super::expression::{self, Names, Number, Untold, Worth};
 use super::problem;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
@@ -139,11 +139,11 @@ impl Header {
     ///
     /// # Errors
     /// What is not known, and what is no expression.
-    pub(super) fn number(&self, text: &str) -> Result<f64, Fault> {
+    pub(super) fn number(&self, text: &str) -> Result<f64, Untold> {
         expression::number(text, self, 0).map(|it| it.value)
     }
 
-    fn enabled(&self, name: &str) -> Result<bool, Fault> {
+    fn enabled(&self, name: &str) -> Result<bool, Untold> {
         let mut name = name;
         for _ in 0..DEEPEST {
             name = match self.values.get(name) {
@@ -151,25 +151,28 @@ impl Header {
                     "" | "1" | "true" => return Ok(true),
                     value => value,
                 },
-                Some(None) => return Err(Fault::Unknown(name.to_owned())),
-                None if is_made_up(name) => return Err(Fault::Unknown(name.to_owned())),
+                Some(None) => return Err(Untold::Unknown(name.to_owned())),
+                None if is_made_up(name) => return Err(Untold::Unknown(name.to_owned())),
                 None => break,
             };
         }
         Ok(false)
     }
 
-    fn defined(&self, name: &str) -> Result<bool, Fault> {
+    fn defined(&self, name: &str) -> Result<bool, Untold> {
         match self.values.get(name) {
             Some(Some(_)) => Ok(true),
             None if !is_made_up(name) => Ok(false),
-            _ => Err(Fault::Unknown(name.to_owned())),
+            _ => Err(Untold::Unknown(name.to_owned())),
         }
     }
 
     /// Whether a driver of Trinamic that the firmware sets up moves one of these motors.
-    fn has_trinamic(&self, motors: &[&str]) -> Result<bool, Fault> {
-        let mut found = Err(Fault::Unknown(format!("{}_DRIVER_TYPE", motors.join(", "))));
+    fn has_trinamic(&self, motors: &[&str]) -> Result<bool, Untold> {
+        let mut found = Err(Untold::Unknown(format!(
+            "{}_DRIVER_TYPE",
+            motors.join(", ")
+        )));
         for motor in motors {
             match self.values.get(&format!("{motor}_DRIVER_TYPE")) {
                 Some(Some(kind)) => {
@@ -179,7 +182,7 @@ impl Header {
                     }
                     found = Ok(false);
                 }
-                Some(None) => return Err(Fault::Unknown(format!("{motor}_DRIVER_TYPE"))),
+                Some(None) => return Err(Untold::Unknown(format!("{motor}_DRIVER_TYPE"))),
                 None => {}
             }
         }
@@ -219,9 +222,9 @@ fn truth(is_true: bool) -> Number {
 }
 
 impl Names for Header {
-    fn name(&self, name: &str, depth: usize) -> Found {
+    fn name(&self, name: &str, depth: usize) -> Worth {
         self.lookups.set(self.lookups.get() + 1);
-        let unknown = || Fault::Unknown(name.to_owned());
+        let unknown = || Untold::Unknown(name.to_owned());
         if self.lookups.get() > MOST_LOOKUPS {
             return Err(unknown());
         }
@@ -242,14 +245,14 @@ impl Names for Header {
         }
     }
 
-    fn function(&self, name: &str, words: &[&str]) -> Found {
-        let unknown = Fault::Unknown(format!("{name}({})", words.join(", ")));
+    fn function(&self, name: &str, words: &[&str]) -> Worth {
+        let unknown = Untold::Unknown(format!("{name}({})", words.join(", ")));
         let is_name = |word: &&str| word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
         if words.is_empty() || !words.iter().all(is_name) {
             return Err(unknown);
         }
         // One that decides goes before those that cannot be told.
-        let any = |wanted: bool| -> Result<bool, Fault> {
+        let any = |wanted: bool| -> Result<bool, Untold> {
             let mut found = Ok(false);
             for word in words {
                 match self.enabled(word) {

@@ -10,7 +10,7 @@
 //! <https://marlinfw.org/docs/configuration/configuration.html>.
 
 use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
-use super::expression::Fault;
+use super::expression::Untold;
 use super::header::{Define, Header};
 use super::mcodes::{self, Firmware, MCode};
 use super::{Format, ImportOptions, not_negative, number, positive, problem};
@@ -266,13 +266,13 @@ fn resolved(
 ) -> Result<Option<f64>, Problem> {
     match header.number(text) {
         Ok(value) => Ok(Some(value)),
-        Err(Fault::Unknown(name)) if header.is_told(&name) || name.contains('(') => {
+        Err(Untold::Unknown(name)) if header.is_told(&name) || name.contains('(') => {
             let note = format!("depends on {name}, which cannot be told from the file");
             draft.row(define.key(), define.value.as_str(), Fate::Ignored, note);
             Ok(None)
         }
-        Err(Fault::Unknown(what)) => number(define.line, &define.key(), &what).map(Some),
-        Err(Fault::Bad(_)) => number(define.line, &define.key(), text).map(Some),
+        Err(Untold::Unknown(what)) => number(define.line, &define.key(), &what).map(Some),
+        Err(Untold::Bad(_)) => number(define.line, &define.key(), text).map(Some),
     }
 }
 
