@@ -199,8 +199,8 @@ fn values<'a>(
                 Err(_) => return None,
             },
             'L' => {
-                left_out =
-                    (value.parse::<u32>().is_ok_and(|path| path > 1)).then_some("of another path")
+                let is_further = value.parse::<u32>().is_ok_and(|path| path > 1);
+                left_out = is_further.then_some("of another path");
             }
             'T' => {
                 let is_first = value.parse::<u32>().is_ok_and(|group| group == 1);

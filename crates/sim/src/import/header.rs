@@ -362,10 +362,8 @@ impl HeaderReader<'_> {
                 });
             }
             "elif" | "else" => self.next_branch(line, word, rest),
-            "endif" => {
-                if self.branches.pop().is_none() {
-                    self.fail(line, "#endif", "there is no #if before it", CUT);
-                }
+            "endif" if self.branches.pop().is_none() => {
+                self.fail(line, "#endif", "there is no #if before it", CUT);
             }
             word if !DIRECTIVES.contains(&word) => {
                 let key = format!("#{word}");
