@@ -37,7 +37,7 @@ pub enum Dialect {
     Marlin,
     /// Printers with Klipper.
     Klipper,
-    /// Sinumerik: recognised, and refused.
+    /// Sinumerik: blocks of plain G-code are read, those of its own are recognised and refused.
     Siemens,
 }
 
@@ -305,6 +305,9 @@ leniencies! {
     /// SAVE_GCODE_STATE, RESTORE_GCODE_STATE, SET_GCODE_OFFSET.
     GcodeStates => note "gcode-state", &[Klipper],
         "SAVE_GCODE_STATE, RESTORE_GCODE_STATE and SET_GCODE_OFFSET are carried out";
+    /// Blocks for a Sinumerik that have nothing of its own.
+    PlainSiemens => note "plain-siemens", &[Siemens],
+        "blocks for Siemens (Sinumerik) that have nothing of its own are read as plain G-code";
 }
 
 /// A set of leniencies.

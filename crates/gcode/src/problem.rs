@@ -600,7 +600,8 @@ kinds {
         says("{what} is of Siemens (Sinumerik), whose programs are not read"),
         "A block is of Siemens (Sinumerik), whose programs are not read.",
         "Post-process the part for another control.",
-        hint "write it as RS274/NGC (G-code), or post-process the part for another control";
+        hint "write it as plain G-code (`--dialect linuxcnc`), or post-process the part for another control \
+            and name that (`--dialect fanuc`)";
     Heidenhain => error "heidenhain",
         says("conversational text of Heidenhain, which is not read"),
         "The program is in Heidenhain's conversational language.",

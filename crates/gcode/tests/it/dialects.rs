@@ -75,7 +75,7 @@ const LONG_LINE: &str = "G0 X1 (................................................
 /// A program that takes one leniency, and the dialect that has it.
 const DETOUR: &str = "G18 G8 F100\nO1 SUB\nG0 X2 Z3\nG1 X4 Z-1\nX8 Z-12\nO1 ENDSUB\nG0 X10 Z-20\nG42.1 D0.4\nG70 Q1 X10 Z3\nG0 X20 Z5\nG40\nM30\n";
 
-const TAKES: [(Leniency, Dialect, &str); 36] = [
+const TAKES: [(Leniency, Dialect, &str); 37] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (
         Leniency::ByteOrderMark,
@@ -100,6 +100,11 @@ const TAKES: [(Leniency, Dialect, &str); 36] = [
         "G0 X1\rG0 X2\rM2\r",
     ),
     (Leniency::LowerCase, Dialect::Fanuc, "g0 X1\nM30\n"),
+    (
+        Leniency::PlainSiemens,
+        Dialect::Siemens,
+        "G90 G54\nG1 X1 F100\nM30\n",
+    ),
     (
         Leniency::NoBlanks,
         Dialect::LinuxCnc,
@@ -327,12 +332,33 @@ fn siemens_is_refused_by_name_in_every_dialect() {
     }
 }
 
+/// A control of Siemens runs plain G-code, too: blocks are refused where something is of its own.
+#[test]
+fn plain_blocks_for_siemens_are_read() {
+    let plain = "G90 G54\nG1 X10 F100\nG2 X0 I-5\nM30\n";
+    assert_eq!(
+        moves(plain, Dialect::Siemens),
+        moves(plain, Dialect::LinuxCnc)
+    );
+    assert_eq!(codes(plain, config(Dialect::Siemens)), ["plain-siemens"]);
+    let own = plain.replace("G2 X0 I-5", "G2 X0 CR=5");
+    let (_, told, _) = run(own.as_bytes(), config(Dialect::Siemens));
+    let refusal = told
+        .iter()
+        .find(|it| it.contains("an address with ="))
+        .unwrap();
+    assert!(refusal.contains("--dialect linuxcnc"), "{refusal}");
+}
+
 #[test]
 fn the_base_refuses_what_other_dialects_accept() {
     for (leniency, dialect, text) in TAKES {
         let other = matches!(
             leniency,
-            Leniency::LowerCase | Leniency::HolePatterns | Leniency::ToolMemory
+            Leniency::LowerCase
+                | Leniency::HolePatterns
+                | Leniency::ToolMemory
+                | Leniency::PlainSiemens
         );
         if !Dialect::LinuxCnc.leniencies().has(leniency) && !other {
             let (_, told, errors) = run(text.as_bytes(), config(Dialect::LinuxCnc));

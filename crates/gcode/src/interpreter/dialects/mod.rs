@@ -89,13 +89,17 @@ impl Interpreter {
         out: &mut Vec<SourcedOp>,
     ) -> Result<Line, (Problem, Option<Text>)> {
         let accepted = self.config.leniencies;
-        // Sinumerik programs are recognised and refused at their first block.
+        // Sinumerik programs are refused at the first block that has something of their own.
         if self.config.dialect == Dialect::Siemens
             && !(self.block.words.is_empty() && self.block.settings.is_empty())
         {
-            let what = siemens_word(&self.line).unwrap_or("the program");
-            self.state.ended = true;
-            return Err((Problem::Siemens { what }, None));
+            let is_read = accepted.has(Leniency::PlainSiemens);
+            let own = siemens_word(&self.line);
+            if let Some(what) = own.or((!is_read).then_some("the program")) {
+                self.state.ended = true;
+                return Err((Problem::Siemens { what }, None));
+            }
+            self.tell(Leniency::PlainSiemens);
         }
         if self.config.dialect.is_printer() {
             if accepted.has(Leniency::GcodeStates)
