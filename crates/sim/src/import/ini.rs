@@ -34,6 +34,16 @@ impl Entry {
         None
     }
 
+    /// The value before a comment. LinuxCNC keeps comments behind values, and reads a number in front of one
+    /// (`sscanf("%lf")`).
+    pub(super) fn plain(&self) -> &str {
+        self.value
+            .split(['#', ';'])
+            .next()
+            .unwrap_or_default()
+            .trim()
+    }
+
     /// `[SECTION] KEY`.
     pub(super) fn name(&self) -> String {
         match &self.pin {

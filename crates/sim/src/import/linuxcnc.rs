@@ -242,10 +242,10 @@ fn unit<T: Copy>(ini: &Ini, key: &'static str, names: &UnitNames<T>) -> Result<T
     let Some(entry) = entry else {
         return Ok(names[0].2);
     };
-    let counted = entry.value.parse::<f64>().ok();
+    let counted = entry.plain().parse::<f64>().ok();
     let found = names.iter().find(|(all, count, _)| {
         all.iter()
-            .any(|name| name.eq_ignore_ascii_case(&entry.value))
+            .any(|name| name.eq_ignore_ascii_case(entry.plain()))
             || counted.is_some_and(|it| (it / count - 1.0).abs() < NEAR)
     });
     found.map(|found| found.2).ok_or_else(|| {
@@ -529,7 +529,7 @@ fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, 
         joints.units.linear
     };
     let key = entry.name();
-    let value = number(entry.line, &key, &entry.value)? * scale;
+    let value = number(entry.line, &key, entry.plain())? * scale;
     let above_zero = [
         "MAX_VELOCITY",
         "MAX_ACCELERATION",

@@ -1,7 +1,7 @@
 //! Files that LinuxCNC's INI names, and keys that say no limit: tool table, parameters (work
 //! offsets and homes), a screw's compensation, the servo's period, the code at start.
 
-use super::draft::{Draft, Fate, Quantity, Told, ToolDraft};
+use super::draft::{Draft, Fate, LEADING, Quantity, Told, ToolDraft};
 use super::ini::Entry;
 use super::kins::Numbered;
 use super::{ImportOptions, not_negative, number, positive, problem};
@@ -66,7 +66,7 @@ pub(super) fn take(
         ("RS274NGC", "PARAMETER_FILE") => parameters(draft, &named, options)?,
         ("RS274NGC", "RS274NGC_STARTUP_CODE" | "STARTUP_CODE") => startup(draft, &named)?,
         ("EMCMOT", "SERVO_PERIOD") => {
-            let ms = positive(entry.line, &entry.name(), &entry.value)? * 1e-6;
+            let ms = positive(entry.line, &entry.name(), entry.plain())? * 1e-6;
             if COMMAND_MS.contains(&ms) {
                 draft.row(
                     entry.name(),
@@ -314,8 +314,67 @@ fn startup(draft: &mut Draft, named: &NamedFile<'_>) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The gap that a screw's table holds, of the file's text: forward less backward, the middle one of its rows. LinuxCNC
-/// reads up to the first line that is no triplet.
+/// Whether a screw's table holds trims (1), or places (0, LinuxCNC's default).
+fn holds_trims(kind: Option<&Entry>) -> Result<bool, Problem> {
+    let Some(kind) = kind else { return Ok(false) };
+    let value = number(kind.line, &kind.name(), kind.plain())?;
+    if value != 0.0 && value != 1.0 {
+        let message = format!("is {}; 0 and 1 are known", kind.value);
+        return Err(problem(kind.line, &kind.name(), message, ""));
+    }
+    Ok(value == 1.0)
+}
+
+/// The gaps of a screw's table, mm or deg, with their signs. LinuxCNC reads up to the first line that does not
+/// begin with three numbers, at which the rest is told to be left out.
+fn screw_gaps(
+    draft: &mut Draft,
+    named: &NamedFile<'_>,
+    has_trims: bool,
+    text: &str,
+) -> Result<Vec<f64>, Problem> {
+    let mut gaps = Vec::new();
+    let mut last = f64::NEG_INFINITY;
+    for (index, line) in text.lines().enumerate() {
+        let words: Vec<Option<f64>> = line
+            .split_whitespace()
+            .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
+            .collect();
+        let [Some(nominal), Some(forward), Some(backward), ..] = words.as_slice() else {
+            let rest = text.lines().skip(index);
+            let left = rest.filter(|line| !line.trim().is_empty()).count();
+            if left > 0 && index > 0 {
+                let note = format!(
+                    "line {} of {}: not three numbers; LinuxCNC reads no further, which leaves {left} lines out: mend it",
+                    index + 1,
+                    named.entry.value
+                );
+                draft.row(named.entry.name(), line.trim(), Fate::Ignored, note);
+            }
+            break;
+        };
+        if *nominal <= last {
+            return Err(named.fault(index + 1, "positions have to rise"));
+        }
+        last = *nominal;
+        // LinuxCNC makes trims of places (nominal less place) and takes a BACKLASH as trims of half of it forward
+        // and minus half backward (control.c, compute_screw_comp).
+        let gap = if has_trims {
+            forward - backward
+        } else {
+            backward - forward
+        };
+        gaps.push(gap * named.mm);
+        if gaps.len() > MOST_TRIPLETS {
+            let message = format!("more than {MOST_TRIPLETS} rows: LinuxCNC reads no more");
+            return Err(named.fault(index + 1, &message));
+        }
+    }
+    gaps.sort_by(f64::total_cmp);
+    Ok(gaps)
+}
+
+/// The gap that a screw's table holds, of the file's text: the middle one of its rows.
 pub(super) fn screw(
     draft: &mut Draft,
     entry: &Entry,
@@ -325,40 +384,13 @@ pub(super) fn screw(
     text: &str,
 ) -> Result<(), Problem> {
     let named = NamedFile { entry, mm };
-    if let Some(kind) = kind {
-        let value = number(kind.line, &kind.name(), &kind.value)?;
-        if value != 0.0 && value != 1.0 {
-            let message = format!("is {}; 0 and 1 are known", kind.value);
-            return Err(problem(kind.line, &kind.name(), message, ""));
-        }
-    }
-    let mut gaps = Vec::new();
-    let mut last = f64::NEG_INFINITY;
-    for (index, line) in text.lines().enumerate() {
-        let words: Vec<Option<f64>> = line
-            .split_whitespace()
-            .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
-            .collect();
-        let [Some(nominal), Some(forward), Some(backward)] = words.as_slice() else {
-            break;
-        };
-        if *nominal <= last {
-            return Err(named.fault(index + 1, "positions have to rise"));
-        }
-        last = *nominal;
-        // Places (0) or trims (1): the difference of the directions is the gap in both.
-        gaps.push((forward - backward).abs() * mm);
-        if gaps.len() > MOST_TRIPLETS {
-            let message = format!("more than {MOST_TRIPLETS} rows: LinuxCNC reads no more");
-            return Err(named.fault(index + 1, &message));
-        }
-    }
-    gaps.sort_by(f64::total_cmp);
+    let gaps = screw_gaps(draft, &named, holds_trims(kind)?, text)?;
     let (Some(least), Some(most)) = (gaps.first(), gaps.last()) else {
         return Err(named.fault(1, "the first line is no triplet"));
     };
     let middle = gaps[gaps.len() / 2];
-    let unlikely = if *most > UNLIKELY * middle.max(1e-6) {
+    let widest = most.max(-least);
+    let unlikely = if widest > UNLIKELY * middle.abs().max(1e-6) {
         "; the largest is unlikely: is it a typing error?"
     } else {
         ""
@@ -369,6 +401,12 @@ pub(super) fn screw(
         least,
         most
     );
+    if middle < 0.0 {
+        let note =
+            format!("axis {axis}: {LEADING}; are the columns, or COMP_FILE_TYPE, exchanged?");
+        draft.row(entry.name(), shown, Fate::Ignored, note);
+        return Ok(());
+    }
     let told = Told {
         value: middle,
         from: entry.name(),

@@ -366,7 +366,7 @@ fn a_table_counts_before_backlash() {
     );
     // Set by HAL it is passed over, too.
     let text = format!("{text}[HAL]\nHALCMD = setp ini.0.backlash 0.004\n");
-    let files = |_: &str| Ok("-1 0 0.001\n0 0 0.001\n1 0 0.001\n".to_owned());
+    let files = |_: &str| Ok("-1 0.001 0\n0 0.001 0\n1 0.001 0\n".to_owned());
     let options = ImportOptions {
         files: &files,
         ..ImportOptions::new("vmc3-worn")
