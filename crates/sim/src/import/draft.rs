@@ -531,6 +531,29 @@ impl Draft {
     }
 }
 
+/// What becomes of a motor behind the first of its axis.
+pub(super) const LIKE_FIRST: &str = "a further motor of the axis, taken to be like the first";
+
+/// The same of a value that the first motor may have otherwise: `first` is where that is told, and its value.
+pub(super) fn unlike_first(first: Option<(&str, &str)>, value: &str) -> String {
+    let same = |first: &str| match (first.parse::<f64>(), value.parse::<f64>()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => first == value,
+    };
+    match first {
+        Some((_, first)) if same(first) => LIKE_FIRST.to_owned(),
+        Some((name, first)) => {
+            format!(
+                "a further motor of the axis, which differs from the first ({name} = {first}): both are taken as that"
+            )
+        }
+        None => {
+            "a further motor of the axis; of the first it is not told, and both are taken as that"
+                .to_owned()
+        }
+    }
+}
+
 /// What becomes of a negative gap.
 pub(super) const LEADING: &str =
     "negative: of an encoder that the load leads, which is not modelled; the gap is not told";

@@ -539,7 +539,7 @@ fn general(draft: &Draft, steps: bool, out: &mut String, rows: &mut Vec<Row>) {
     if steps || draft.command_ms.is_some() {
         let command_ms = draft.command_ms.as_ref().map_or(1.0, |told| told.value);
         let longest_us = if steps {
-            stepper::SERVO_US
+            stepper::servo_us(&draft.axes, draft.size)
         } else {
             Cycles::default().servo_us
         };

@@ -6,7 +6,7 @@
 //! Rotary axes are in degrees under the same keys. FluidNC has no setting for a gap. See
 //! <http://wiki.fluidnc.com/en/config/axes>.
 
-use super::draft::{Draft, Fate, Quantity, Told};
+use super::draft::{Draft, Fate, LIKE_FIRST, Quantity, Told, unlike_first};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
@@ -215,7 +215,23 @@ fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), P
         [motor, ..] if motor.starts_with("motor") && *motor != "motor0" => {
             let from = format!("{}.{motor}", path[..2].join("."));
             draft.axis(axis, axis.is_rotary()).further_motor(&from);
-            let note = "a further motor of the axis, taken to be like the first";
+            let key = path[path.len() - 1];
+            let note = if matches!(key, "microsteps" | "run_amps") {
+                // Its driver may be of another kind.
+                let mut all = leaves.values();
+                let first = all.find(|it| {
+                    it.path[..2] == leaf.path[..2]
+                        && it.path.get(2).is_some_and(|own| own == "motor0")
+                        && it.path.last() == leaf.path.last()
+                });
+                let first = first.map(|it| (it.path.join("."), it.value.as_str()));
+                unlike_first(
+                    first.as_ref().map(|(name, value)| (name.as_str(), *value)),
+                    value,
+                )
+            } else {
+                LIKE_FIRST.to_owned()
+            };
             draft.row(name.as_str(), value, Fate::Ignored, note);
             return Ok(());
         }

@@ -7,7 +7,7 @@
 //! SAVE_CONFIG wrote (`#*#`) counts. Klipper has no setting for a gap. See
 //! <https://www.klipper3d.org/Config_Reference.html>.
 
-use super::draft::{Draft, Fate, MachineSize, Quantity, Told};
+use super::draft::{Draft, Fate, LIKE_FIRST, MachineSize, Quantity, Told, unlike_first};
 use super::{Format, ImportOptions, number, positive, problem, wildcards};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -229,7 +229,7 @@ fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<P
             entry.line,
             "[printer] kinematics",
             format!("`{}` is not known here", entry.value),
-            "known are cartesian and corexy; start from `machine show delta` for a delta",
+            nearest(&entry.value),
         ));
     }
     for entry in &lines.entries {
@@ -273,6 +273,17 @@ fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<P
     }
 }
 
+/// What to start from where the kinematics are not known.
+fn nearest(kinematics: &str) -> &'static str {
+    match kinematics {
+        "delta" => "known are cartesian and corexy; start from `machine show delta`",
+        "hybrid_corexy" => {
+            "known are cartesian and corexy; start from `machine show corexy`, where both motors move in X and in Y"
+        }
+        _ => "known are cartesian and corexy; `machine list` names machines to start from",
+    }
+}
+
 /// The axis of `stepper_x`; `stepper_z1` is a second motor of Z.
 fn axis_of(section: &str) -> Option<(AxisId, bool)> {
     let mut name = section.strip_prefix("stepper_")?.chars();
@@ -296,8 +307,23 @@ fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(),
     if let Some((driver, stepper)) = entry.section.split_once(' ')
         && driver.starts_with("tmc")
         && entry.key == "run_current"
-        && let Some((axis, true)) = axis_of(stepper)
+        && let Some((axis, first)) = axis_of(stepper)
     {
+        if !first {
+            // Drivers of an axis may be of different kinds.
+            let main = first_section(axis);
+            let mut all = lines.entries.iter();
+            let own = all.rfind(|it| {
+                it.key == entry.key
+                    && it.section.starts_with("tmc")
+                    && it
+                        .section
+                        .split_once(' ')
+                        .is_some_and(|(_, own)| own == main)
+            });
+            further(draft, entry, own);
+            return Ok(());
+        }
         let peak = above_zero()? * SQRT_2;
         draft.tell(axis, Quantity::PeakCurrent, told(peak), value);
         return Ok(());
@@ -307,12 +333,7 @@ fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(),
         return Ok(());
     };
     if !first {
-        draft.row(
-            name.as_str(),
-            value,
-            Fate::Ignored,
-            "a further motor of the axis, taken to be like the first",
-        );
+        further(draft, entry, lines.last(&first_section(axis), &entry.key));
         return Ok(());
     }
     let (quantity, amount) = match entry.key.as_str() {
@@ -357,6 +378,32 @@ fn take(draft: &mut Draft, lines: &ConfigFile, entry: &ConfigLine) -> Result<(),
     };
     draft.tell(axis, quantity, told(amount), value);
     Ok(())
+}
+
+/// The section of an axis' first motor.
+fn first_section(axis: AxisId) -> String {
+    format!("stepper_{}", axis.letter().to_ascii_lowercase())
+}
+
+/// Reports a line of a further motor, and where the first has another value.
+fn further(draft: &mut Draft, entry: &ConfigLine, first: Option<&ConfigLine>) {
+    let of_motion = [
+        "rotation_distance",
+        "gear_ratio",
+        "full_steps_per_rotation",
+        "microsteps",
+        "run_current",
+    ];
+    let first = first.map(|first| (first.name(), first.value.as_str()));
+    let note = if of_motion.contains(&entry.key.as_str()) {
+        unlike_first(
+            first.as_ref().map(|(name, value)| (name.as_str(), *value)),
+            &entry.value,
+        )
+    } else {
+        LIKE_FIRST.to_owned()
+    };
+    draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, note);
 }
 
 /// Limits that hold for X and Y, and those of Z.

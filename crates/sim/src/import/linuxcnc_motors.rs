@@ -1,7 +1,7 @@
 //! What moves LinuxCNC's joints: steppers by STEPGEN_MAXVEL, STEPGEN_MAXACCEL, STEP_SCALE, by SCALE
 //! where HAL has step generators, or by the generator in HAL that the joint's command is wired to.
 
-use super::draft::{Draft, Fate, Quantity, StepperDraft, Told};
+use super::draft::{Draft, Fate, Quantity, StepperDraft, Told, float, unlike_first};
 use super::hal::Hal;
 use super::ini::{Entry, Ini};
 use super::kins::Numbered;
@@ -34,7 +34,7 @@ impl<'a> Steps<'a> {
         Steps {
             from: entry.name(),
             line: entry.line,
-            value: &entry.value,
+            value: entry.plain(),
         }
     }
 
@@ -100,13 +100,21 @@ pub(super) fn tell(
         }
         // A further motor is like the first.
         let own_axis = draft.axis(axis, turns);
-        if own_axis.stepper.is_some() {
+        if let Some(stepper) = &own_axis.stepper {
             if let Some(steps) = steps {
+                let unit = if turns { deg } else { mm };
+                let first = stepper.steps_per_unit.as_ref();
+                // The sign is the direction.
+                let first = first.map(|it| (it.from.clone(), float(it.value * unit)));
+                let own = steps.value.trim_start_matches('-');
+                let first = first
+                    .as_ref()
+                    .map(|(from, value)| (from.as_str(), value.as_str()));
                 draft.row(
                     steps.from,
                     steps.value,
                     Fate::Ignored,
-                    "a further motor of the axis, taken to be like the first",
+                    unlike_first(first, own),
                 );
             }
             continue;
@@ -153,9 +161,9 @@ pub(super) fn tell(
 
 /// Says where the step generator has too little room for what the control adds at reversals.
 fn room(draft: &mut Draft, entry: &Entry, limit: Option<&Entry>) -> Result<(), Problem> {
-    let value = number(entry.line, &entry.name(), &entry.value)?;
+    let value = number(entry.line, &entry.name(), entry.plain())?;
     let limit = match limit {
-        Some(limit) => number(limit.line, &limit.name(), &limit.value)?,
+        Some(limit) => number(limit.line, &limit.name(), limit.plain())?,
         None => 0.0,
     };
     // 0 is none.

@@ -426,7 +426,7 @@ fn linuxcnc_steppers_and_its_files() {
         "linuxcnc.var" => Ok("5161\t0.5\n5220 1\n5221 1.0\n5223 -2\n5241 99\n5242 3\n".to_owned()),
         "tool.tbl" => Ok("T1 P1 D0.25 Z+1.5 ;mill\nT2 P2 Z-0.1\n; none\n".to_owned()),
         "screw.comp" => {
-            Ok("-1 0.000 0.001\n0 0.001 0.003\n1 0.002 0.0045\nend\n2 0 9\n".to_owned())
+            Ok("-1 0.001 0.000\n0 0.003 0.001\n1 0.0045 0.002\nend\n2 9 0\n".to_owned())
         }
         _ => Err("no such file".to_owned()),
     };

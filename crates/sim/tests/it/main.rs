@@ -25,6 +25,7 @@ mod import_kinematics;
 mod import_replay;
 mod import_servos;
 mod import_units;
+mod import_values;
 mod interventions;
 mod machine_axes;
 mod machine_file;
