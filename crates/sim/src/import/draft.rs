@@ -442,6 +442,31 @@ impl Draft {
         self.row(from, value, Fate::Used, note);
     }
 
+    /// Takes a quantity over that nobody tells and the control or a guess has; the caller reports it.
+    pub(super) fn default(&mut self, id: AxisId, quantity: Quantity, told: Told) {
+        *self.axis(id, id.is_rotary()).slot(quantity) = Some(told);
+    }
+
+    /// Reports gaps that no machine that cuts has: mostly they are a unit that was mistaken.
+    pub(super) fn report_wide_gaps(&mut self) {
+        let mut rows = Vec::new();
+        for axis in &self.axes {
+            let unit = if axis.rotary { "deg" } else { "mm" };
+            let wide = |gap: &&Told| gap.value > WIDEST_GAP;
+            rows.extend(axis.gaps().filter(wide).map(|gap| Row {
+                key: gap.from.clone(),
+                value: format!("{} {unit}", float(gap.value)),
+                fate: Fate::Guessed,
+                note: format!(
+                    "axis {}: a gap of {} {unit} is unlikely: was it written in um or mdeg, as steps, or in inches in a file in mm?",
+                    axis.id,
+                    float(gap.value)
+                ),
+            }));
+        }
+        self.rows.extend(rows);
+    }
+
     /// The control runs a method on every axis whose gap it was told: the gap is what the machine
     /// has, the method what the control does about it.
     pub(super) fn carry(
@@ -553,6 +578,9 @@ pub(super) fn unlike_first(first: Option<(&str, &str)>, value: &str) -> String {
         }
     }
 }
+
+/// Widest gap that is taken without a word, mm or deg. A choice: worn routers and printers have some tenths.
+const WIDEST_GAP: f64 = 0.5;
 
 /// What becomes of a negative gap.
 pub(super) const LEADING: &str =

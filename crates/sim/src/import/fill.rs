@@ -55,6 +55,8 @@ pub(super) fn machine(
     let mut rows = std::mem::take(&mut draft.rows);
     if named.is_some() {
         unused_steps(&draft, preset, &mut rows);
+    } else {
+        unused_errors(&mut draft, &mut rows);
     }
     let mut axes = String::new();
     let travel = sections(&draft, named, &mut axes, &mut rows)?;
@@ -175,9 +177,25 @@ fn unused_steps(draft: &Draft, preset: &str, rows: &mut [Row]) {
     }
 }
 
+/// Limits of the following error of a stepper are of the control's own count, in which no lost step is seen.
+fn unused_errors(draft: &mut Draft, rows: &mut [Row]) {
+    for axis in draft.axes.iter_mut().filter(|it| it.stepper.is_some()) {
+        for told in [axis.following_error.take(), axis.standstill_error.take()] {
+            let Some(told) = told else { continue };
+            let used = |row: &&mut Row| row.key == told.from && row.fate == Fate::Used;
+            if let Some(row) = rows.iter_mut().find(used) {
+                row.fate = Fate::Ignored;
+                row.note = format!(
+                    "axis {}: of the pulses of a stepper, which follow; the machine stops where its rotor loses a step",
+                    axis.id
+                );
+            }
+        }
+    }
+}
+
 /// A travel that is told and is none.
 fn reversed(axis: &DraftAxis) -> Option<Problem> {
-    // Where one end is lent the whole machine is checked, not the file blamed.
     let (min, max) = (axis.min.as_ref()?, axis.max.as_ref()?);
     let message = format!(
         "travel of {} from {} ({}) to {}",
@@ -256,6 +274,8 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
 #[derive(Clone, Copy, PartialEq)]
 enum Ends {
     Lent,
+    /// As far from the one that is told as the lender's are apart.
+    Opposite,
     /// As long as the lender's, from zero on.
     FromZero,
     /// Turning as often as it likes.
@@ -267,7 +287,10 @@ impl Ends {
     fn of(draft: &Draft, axis: &DraftAxis, lender: &Lender, named: Option<&str>) -> Ends {
         let kinematics = &draft.kinematics;
         let is_cartesian = matches!(kinematics, KinematicsSpec::Cartesian(_));
-        let is_told = axis.min.is_some() || axis.max.is_some();
+        if axis.min.is_some() != axis.max.is_some() {
+            return Ends::Opposite;
+        }
+        let is_told = axis.min.is_some();
         // Printers have their bed beyond zero, and nothing but its length is lent.
         let from_zero = draft.size == MachineSize::Printer
             && (is_cartesian || matches!(kinematics, KinematicsSpec::CoreXy(_)))
@@ -319,11 +342,25 @@ fn limits(
         Ends::FromZero => {
             lent[MAX] -= lent[MIN];
             lent[MIN] = 0.0;
-            Some("guess: a travel that begins at zero, as long as a mill's")
+            Some("guess: a travel that begins at zero, as long as a mill's".to_owned())
         }
         Ends::Endless => {
             (lent[MIN], lent[MAX]) = (-ENDLESS_DEG, ENDLESS_DEG);
-            Some("guess: no end is told, so that it turns as often as it likes")
+            Some("guess: no end is told, so that it turns as often as it likes".to_owned())
+        }
+        Ends::Opposite => {
+            let length = lent[MAX] - lent[MIN];
+            lent[MIN] = axis
+                .max
+                .as_ref()
+                .map_or(lent[MIN], |max| max.value - length);
+            lent[MAX] = axis
+                .min
+                .as_ref()
+                .map_or(lent[MAX], |min| min.value + length);
+            Some(format!(
+                "guess: one end is told, and the travel as long as that of preset {source}"
+            ))
         }
     };
     for (place, (told, key)) in told.into_iter().zip(keys).enumerate() {
@@ -336,8 +373,8 @@ fn limits(
                 "guess: such controls have no limit of jerk".to_owned(),
                 Fate::Guessed,
             ),
-            None => match guess.filter(|_| place == MIN || place == MAX) {
-                Some(guess) => (lent[place], guess.to_owned(), Fate::Guessed),
+            None => match guess.as_ref().filter(|_| place == MIN || place == MAX) {
+                Some(guess) => (lent[place], guess.clone(), Fate::Guessed),
                 None => (lent[place], format!("preset {source}"), Fate::Filled),
             },
         };

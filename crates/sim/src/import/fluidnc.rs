@@ -6,11 +6,11 @@
 //! Rotary axes are in degrees under the same keys. FluidNC has no setting for a gap. See
 //! <http://wiki.fluidnc.com/en/config/axes>.
 
-use super::draft::{Draft, Fate, LIKE_FIRST, Quantity, Told, unlike_first};
+use super::draft::{Draft, Fate, LIKE_FIRST, Quantity, Told, filled, float, unlike_first};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::SQRT_2;
 
 /// The format's row. Its files share their extension with others.
@@ -40,6 +40,9 @@ const VALUES: [&str; 8] = [
     "run_amps",
 ];
 
+/// Keys that may end a file: they hold nothing.
+const BARE: [&str; 3] = ["null_motor:", "cartesian:", "corexy:"];
+
 /// A key with a value, and the keys above it.
 struct Leaf {
     line: usize,
@@ -62,6 +65,11 @@ fn leaves(text: &str) -> Result<Vec<Leaf>, Problem> {
             told = before.trim_end();
         }
         let indent = told.len() - told.trim_start().len();
+        if told.get(..indent).is_some_and(|blank| blank.contains('\t')) {
+            let message = "is indented by a tab, which YAML forbids";
+            let key = told.trim();
+            return Err(problem(index + 1, key, message, "indent by blanks"));
+        }
         let bad =
             |key: &str, message: &str| Err(problem(index + 1, key, message, "write `key: value`"));
         let (key, value) = match told.trim().split_once(':') {
@@ -124,14 +132,14 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
             _ => {}
         }
     }
-    // Nothing tells that axes follow which are not there.
-    let is_axes = leaves
-        .last()
-        .is_some_and(|leaf| leaf.path.first().is_some_and(|key| key == "axes"));
+    // A key that ends the file has lost what it holds.
     let end = text.lines().rfind(|line| !line.trim().is_empty());
-    if let Some(end) = end.filter(|_| is_axes) {
-        let why = "the file ends within its axes: is it whole?";
-        draft.row("axes", end.trim(), Fate::Guessed, why);
+    if let Some(end) = end
+        .map(str::trim)
+        .filter(|end| end.ends_with(':') && !BARE.contains(end))
+    {
+        let why = "the file ends within this key: is it whole?";
+        draft.row("axes", end, Fate::Guessed, why);
     }
     let last: LastLeaves<'_> = leaves
         .iter()
@@ -150,6 +158,12 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
                 note,
             );
         } else if let Err(found) = take(&mut draft, &last, leaf) {
+            problems.push(found);
+        }
+    }
+    let letters: BTreeSet<&str> = leaves.iter().filter_map(axis_key).collect();
+    for letter in letters {
+        if let Err(found) = defaults(&mut draft, &last, letter) {
             problems.push(found);
         }
     }
@@ -241,6 +255,78 @@ fn take(draft: &mut Draft, leaves: &LastLeaves<'_>, leaf: &Leaf) -> Result<(), P
         }
     };
     draft.tell(axis, quantity, told(amount), value);
+    Ok(())
+}
+
+/// The letter of the axis that a value is of.
+fn axis_key(leaf: &Leaf) -> Option<&str> {
+    let [axes, letter, ..] = leaf.path.as_slice() else {
+        return None;
+    };
+    (axes == "axes" && letter.len() == 1).then_some(letter.as_str())
+}
+
+/// With what FluidNC runs an axis where a key is left out (Axis.h, v3): key, value in its own unit, and the quantity.
+const DEFAULTS: [(&str, f64, Quantity); 4] = [
+    ("steps_per_mm", 80.0, Quantity::StepsPerUnit),
+    ("max_rate_mm_per_min", 1000.0, Quantity::Velocity),
+    ("acceleration_mm_per_sec2", 25.0, Quantity::Acceleration),
+    ("max_travel_mm", 1000.0, Quantity::Max),
+];
+
+/// Puts FluidNC's defaults into the place of keys that an axis lacks.
+fn defaults(draft: &mut Draft, leaves: &LastLeaves<'_>, letter: &str) -> Result<(), Problem> {
+    let Some(axis) = letter.chars().next().and_then(AxisId::from_letter) else {
+        return Ok(());
+    };
+    let has = |key: &str| leaves.contains_key(&format!("axes.{letter}.{key}"));
+    for (key, value, quantity) in DEFAULTS {
+        // Travel bounds an axis with soft limits alone: one that turns goes on without.
+        if has(key) || (quantity == Quantity::Max && axis.is_rotary()) {
+            continue;
+        }
+        let key = format!("axes.{letter}.{key}");
+        let told = |value: f64| Told {
+            value,
+            from: format!("{key}: {value} if left out"),
+            line: 1,
+        };
+        match quantity {
+            Quantity::Velocity => {
+                let own = told(value);
+                let per_s = Told {
+                    value: value / 60.0,
+                    ..own
+                };
+                draft.default(axis, quantity, per_s);
+            }
+            Quantity::Max => {
+                let (min, max) = travel(leaves, letter, value)?;
+                let own = told(value);
+                draft.default(
+                    axis,
+                    Quantity::Min,
+                    Told {
+                        value: min,
+                        ..own.clone()
+                    },
+                );
+                draft.default(axis, quantity, Told { value: max, ..own });
+            }
+            _ => draft.default(axis, quantity, told(value)),
+        }
+        let note = "FluidNC's own where the key is left out";
+        draft.rows.push(filled(key, float(value), note));
+    }
+    // Where the travel lies.
+    for (key, value) in [("mpos_mm", "0"), ("positive_direction", "true")] {
+        if !has(&format!("homing.{key}")) && !axis.is_rotary() {
+            let note = "FluidNC's own where the key is left out: where the travel lies";
+            draft
+                .rows
+                .push(filled(format!("axes.{letter}.homing.{key}"), value, note));
+        }
+    }
     Ok(())
 }
 

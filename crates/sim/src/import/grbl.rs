@@ -8,7 +8,7 @@
 //! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
 //! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
 
-use super::draft::{Draft, Fate, Quantity, Told};
+use super::draft::{Draft, Fate, LEADING, Quantity, Told};
 use super::{Format, ImportOptions, number, positive, problem};
 use crate::control::Control;
 use crate::machine::Problem;
@@ -80,7 +80,7 @@ impl Setting<'_> {
 }
 
 /// Reads the settings.
-fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str, options: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft::new("grbl");
     draft
         .expected
@@ -144,6 +144,10 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
             "it has to be what grbl answers to `$$`, with $110=... and so on",
         ));
     }
+    // A machine that the user names lends what is not told.
+    if options.preset.is_none() {
+        defaults(&mut draft, &last, upwards);
+    }
     draft.add_motors(&further);
     // grblHAL where it was built with $160: a rapid before the move.
     if draft.axes.iter().any(|axis| axis.gap.is_some()) {
@@ -154,6 +158,47 @@ fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem
         Ok(draft)
     } else {
         Err(problems)
+    }
+}
+
+/// grbl's own settings (1.1, defaults.h, DEFAULTS_GENERIC): that of X, value in its unit, factor to mm and s, and
+/// the quantity.
+const DEFAULTS: [(u32, f64, f64, Quantity); 4] = [
+    (100, 250.0, 1.0, Quantity::StepsPerUnit),
+    (110, 500.0, 1.0 / 60.0, Quantity::Velocity),
+    (120, 10.0, 1.0, Quantity::Acceleration),
+    (130, 200.0, 1.0, Quantity::Max),
+];
+
+/// Takes grbl's own settings for those that the answer lacks of a linear axis that it has: guesses, since grblHAL
+/// and builders of machines have others.
+fn defaults(draft: &mut Draft, told: &BTreeMap<u32, usize>, upwards: u32) {
+    let axes: Vec<AxisId> = draft.axes.iter().map(|axis| axis.id).collect();
+    for axis in axes.into_iter().filter(|axis| !axis.is_rotary()) {
+        for (first, value, factor, quantity) in DEFAULTS {
+            let code = first + axis.index() as u32;
+            if told.contains_key(&code) {
+                continue;
+            }
+            let own = Told {
+                value: value * factor,
+                from: format!("guess: ${code} is not told, grbl's own is {value}"),
+                line: 1,
+            };
+            if quantity == Quantity::Max {
+                let (min, max) = ends(axis, value, upwards);
+                let end = |value: f64| Told {
+                    value,
+                    ..own.clone()
+                };
+                draft.default(axis, Quantity::Min, end(min));
+                draft.default(axis, quantity, end(max));
+            } else {
+                draft.default(axis, quantity, own);
+            }
+            let note = "not told: grbl's own (1.1); grblHAL and builders of machines have others";
+            draft.row(format!("${code}"), value.to_string(), Fate::Guessed, note);
+        }
     }
 }
 
@@ -258,6 +303,10 @@ fn take(
         draft.row(name, value, Fate::Ignored, "no limit");
         return Ok(());
     }
+    if setting.is_gap() && amount < 0.0 {
+        draft.row(name, value, Fate::Ignored, LEADING);
+        return Ok(());
+    }
     check_amount(setting, amount)?;
     limit(draft, setting, axis, amount, upwards);
     Ok(())
@@ -294,27 +343,23 @@ fn of_no_limit(draft: &mut Draft, setting: &Setting<'_>, further: &mut Vec<(Axis
     draft.row(setting.key(), setting.value, fate, note);
 }
 
-/// Refuses a limit or a gap that is none: a limit of 0 would stop the axis; a gap of 0 is none.
+/// Refuses a limit that is none: one of 0 would stop the axis. A gap of 0 is none.
 fn check_amount(setting: &Setting<'_>, amount: f64) -> Result<(), Problem> {
-    let gap = setting.is_gap();
-    if amount < 0.0 || (amount == 0.0 && !gap) {
-        let hint = if gap {
-            "0 if there is none"
-        } else {
-            "leave the line out if it is not known"
-        };
-        return Err(problem(
-            setting.line,
-            &setting.key(),
-            format!(
-                "is {}; it has to be {}",
-                setting.value,
-                if gap { "0 or above" } else { "above 0" }
-            ),
-            hint,
-        ));
+    if setting.is_gap() || amount > 0.0 {
+        return Ok(());
     }
-    Ok(())
+    let message = format!("is {}; it has to be above 0", setting.value);
+    let hint = "leave the line out if it is not known";
+    Err(problem(setting.line, &setting.key(), message, hint))
+}
+
+/// The ends of a travel of an axis; bit n of `upwards` is the nth axis.
+fn ends(axis: AxisId, travel: f64, upwards: u32) -> (f64, f64) {
+    if upwards >> axis.index() & 1 == 1 {
+        (0.0, travel)
+    } else {
+        (-travel, 0.0)
+    }
 }
 
 /// Takes over a limit or a gap of an axis.
@@ -336,14 +381,14 @@ fn limit(draft: &mut Draft, setting: &Setting<'_>, axis: AxisId, amount: f64, up
             entry.acceleration = told(amount);
             "acceleration"
         }
-        // Bit n of $23 is the nth axis.
-        13 if upwards >> axis.index() & 1 == 1 => {
-            (entry.min, entry.max) = (told(0.0), told(amount));
-            "travel, from 0 to this"
-        }
         13 => {
-            (entry.min, entry.max) = (told(-amount), told(0.0));
-            "travel, from minus this to 0"
+            let (min, max) = ends(axis, amount, upwards);
+            (entry.min, entry.max) = (told(min), told(max));
+            if max > 0.0 {
+                "travel, from 0 to this"
+            } else {
+                "travel, from minus this to 0"
+            }
         }
         _ => {
             entry.gap = told(amount);

@@ -4,7 +4,7 @@
 //! names (`linuxcnc_files`). Units are those of the machine and seconds. See
 //! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
-use super::draft::{Draft, Fate, Told};
+use super::draft::{Draft, Fate, LEADING, Told};
 use super::hal::{Hal, Pins};
 use super::ini::{self, Entry, Ini};
 use super::kins::{self, Module, Numbered};
@@ -313,6 +313,9 @@ impl Source<'_> {
                 }
             }
             match limit(entry, self.joints) {
+                Ok(Some(found)) if found.is_leading() => {
+                    draft.row(entry.name(), entry.value.as_str(), Fate::Ignored, LEADING);
+                }
                 Ok(Some(found)) => limits.add(found),
                 Ok(None) => other(draft, entry),
                 Err(found) => problems.push(found),
@@ -541,9 +544,6 @@ fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, 
         let message = format!("is {}; it has to be above 0", entry.value);
         return Err(problem(entry.line, &key, message, ""));
     }
-    if entry.key == "BACKLASH" && value < 0.0 {
-        return Err(problem(entry.line, &key, "is below 0", ""));
-    }
     Ok(Some(Limit {
         entry,
         axis,
@@ -557,6 +557,11 @@ fn limit<'a>(entry: &'a Entry, joints: &IniJoints) -> Result<Option<Limit<'a>>, 
 type Subject<'a> = (AxisId, usize, Option<&'a str>);
 
 impl<'a> Limit<'a> {
+    /// Whether it is a gap below 0.
+    fn is_leading(&self) -> bool {
+        self.entry.key == "BACKLASH" && self.value < 0.0
+    }
+
     fn place(&self) -> Subject<'a> {
         let own = self.is_further && self.entry.key == "BACKLASH";
         let section = own.then_some(self.entry.section.as_str());

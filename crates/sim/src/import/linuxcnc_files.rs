@@ -89,6 +89,11 @@ pub(super) fn take(
     Ok(true)
 }
 
+/// Whether a letter of a tool table is neither tool, pocket, length nor diameter.
+fn is_across(letter: &str) -> bool {
+    "XYABCUVWIJQ".contains(&letter.to_ascii_uppercase())
+}
+
 /// `T1 P1 Z+0.5 D0.25 ;comment`, or five columns: pocket, tool, length, diameter, comment.
 fn tools(
     draft: &mut Draft,
@@ -110,6 +115,14 @@ fn tools(
             let mut all = words.iter();
             all.find_map(|word| word.strip_prefix([letter, letter.to_ascii_lowercase()]))
         };
+        // Offsets across the tool, and angles of a lathe's.
+        let across = words.iter().filter(|word| {
+            let own = word.get(..1).zip(word.get(1..));
+            own.is_some_and(|(letter, amount)| {
+                is_across(letter) && amount.parse::<f64>().is_ok_and(|amount| amount != 0.0)
+            })
+        });
+        let across: Vec<&str> = across.copied().collect();
         let (tool, length, diameter) = match (of('T'), words.as_slice()) {
             (Some(tool), _) => (tool, of('Z').unwrap_or("0"), of('D').unwrap_or("0")),
             // A heading has no numbers.
@@ -121,19 +134,37 @@ fn tools(
         let Ok(number) = tool.parse::<u32>() else {
             return Err(named.fault(index + 1, &format!("`{tool}` is no tool")));
         };
+        let row = format!("{key} T{number}");
+        if of('T').is_some() && !across.is_empty() {
+            let note = "not carried: a tool has a length and a diameter here";
+            draft.row(row.as_str(), across.join(" "), Fate::Ignored, note);
+        }
         let tool = ToolDraft {
             number,
             length_mm: value(length)? * named.mm,
             diameter_mm: value(diameter)?.abs() * named.mm,
         };
+        if diameter.starts_with('-') && tool.diameter_mm > 0.0 {
+            let note = "its sign, with which LinuxCNC compensates on the other side of the path; the size is taken";
+            draft.row(row.as_str(), format!("D{diameter}"), Fate::Ignored, note);
+        }
         if !LENGTHS_MM.contains(&tool.length_mm) || !LENGTHS_MM.contains(&tool.diameter_mm) {
             let note =
                 "lengths below 0 or above 10 m are none here: measured against another tool?";
-            draft.row(format!("{key} T{number}"), length, Fate::Ignored, note);
+            draft.row(row, length, Fate::Ignored, note);
             continue;
         }
         // Of a tool that stands in two pockets the last counts, as on the machine.
+        let before = draft.tools.len();
         draft.tools.retain(|other| other.number != number);
+        if draft.tools.len() < before {
+            let note = format!(
+                "given again in line {} of {}, which counts",
+                index + 1,
+                named.entry.value
+            );
+            draft.row(row, "before", Fate::Ignored, note);
+        }
         draft.tools.push(tool);
         if draft.tools.len() > MOST_TOOLS {
             return Err(named.fault(index + 1, &format!("more than {MOST_TOOLS} tools")));

@@ -280,6 +280,7 @@ fn read(
     }
     draft.report_missing();
     draft.forget_zero_gaps();
+    draft.report_wide_gaps();
     gantry::settle(&mut draft);
     Ok(draft)
 }

@@ -16,6 +16,7 @@ use super::{Format, ImportOptions, lettered, not_negative, number, positive, pro
 use crate::control::Control;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The format's row. Its files have the extensions of many.
@@ -57,9 +58,10 @@ impl Datum<'_> {
     }
 }
 
-/// Data without which the machine would be another one: a gap is never made up, nor what units and kinds of
-/// axes are.
-const NEEDED: [&str; 4] = [
+/// Data without which the machine would be another one: a gap is never made up, nor speeds, nor what units and
+/// kinds of axes are.
+const NEEDED: [&str; 5] = [
+    "MA_MAX_AX_VELO",
     "MA_BACKLASH",
     "MA_BACKLASH_FACTOR",
     "MA_IS_ROT_AX",
@@ -137,6 +139,29 @@ fn datum(line: usize, text: &str) -> Result<Option<Datum<'_>>, Problem> {
     }))
 }
 
+/// The text with hexadecimal and binary values (`'H1F'`, `'B101'`) as decimal ones; places of lines stay.
+fn decimal(text: &str) -> Cow<'_, str> {
+    let lower = text.to_ascii_lowercase();
+    if !lower.contains("'h") && !lower.contains("'b") {
+        return text.into();
+    }
+    let lines = text.split('\n').map(|line| {
+        let told = || {
+            let (left, value) = line.split_once('=')?;
+            let (digits, behind) = value.trim_start().strip_prefix('\'')?.split_once('\'')?;
+            let radix = match digits.get(..1)? {
+                "H" | "h" => 16,
+                "B" | "b" => 2,
+                _ => return None,
+            };
+            let value = u64::from_str_radix(digits.get(1..)?, radix).ok()?;
+            Some(format!("{left}={value}{behind}"))
+        };
+        told().map_or(Cow::Borrowed(line), Cow::Owned)
+    });
+    lines.collect::<Vec<_>>().join("\n").into()
+}
+
 /// An axis' name in the archive, and which it is.
 struct AxisName {
     name: String,
@@ -146,6 +171,7 @@ struct AxisName {
 
 /// Reads the archive.
 fn read(text: &str, _: &ImportOptions<'_>, _: &str) -> Result<Draft, Vec<Problem>> {
+    let text = &*decimal(text);
     let mut reading = Reading::new();
     let data = reading.data(text);
     reading.check_end(text);

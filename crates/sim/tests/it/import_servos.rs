@@ -317,18 +317,18 @@ fn mtconnect_devices() {
 
 #[test]
 fn a_value_that_is_none_is_left_out_of_an_archive_and_told() {
-    // A speed that is no number, and a line that was cut.
+    // A jerk that is no number, and a line that was cut.
     let bad = SINUMERIK
-        .replace("VELO[AX1]=30000 '2f", "VELO[AX1]=3O000")
+        .replace("JERK[0,AX1]=50", "JERK[0,AX1]=5O")
         .replace("MA_POS_LIMIT_PLUS[0,AX1]=10", "MA_POS_LIMIT_PLUS[0,AX1");
     let (told, machine) = read("nc.arc", &bad);
     let row = |key: &str| told.rows.iter().find(|row| row.key.contains(key)).unwrap();
-    let speed = row("MA_MAX_AX_VELO[AX1]");
-    assert_eq!((speed.value.as_str(), speed.fate), ("3O000", Fate::Ignored));
+    let jerk = row("MA_MAX_AX_JERK[0,AX1]");
+    assert_eq!((jerk.value.as_str(), jerk.fate), ("5O", Fate::Ignored));
     assert!(
-        speed.note.contains("line 6: `3O000` is not a number"),
+        jerk.note.contains("line 9: `5O` is not a number"),
         "{}",
-        speed.note
+        jerk.note
     );
     let cut = row("MA_POS_LIMIT_PLUS[0,AX1");
     assert!(cut.note.contains("line 12: is no datum"), "{}", cut.note);

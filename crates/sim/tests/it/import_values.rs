@@ -133,3 +133,199 @@ fn a_further_motor_that_differs_is_told() {
     let error = refused("printer.cfg", &hybrid);
     assert!(!error.contains("delta"), "{error}");
 }
+
+/// LinuxCNC reads the number in front of a comment.
+#[test]
+fn linuxcnc_numbers_stand_before_comments() {
+    let text = "[KINS]\nKINEMATICS = trivkins coordinates=X\n[TRAJ]\nLINEAR_UNITS = 1.0 ; mm\n[JOINT_0]\nMIN_LIMIT = -100\nMAX_LIMIT = 100 ; mm\nMAX_VELOCITY = 40 # mm per s\nMAX_ACCELERATION = 500\nBACKLASH = 0.02# measured\nSTEPGEN_MAXACCEL = 1000 # room\nSTEP_SCALE = 400 # steps\n";
+    let (_, machine) = read("m.ini", text);
+    let x = axis(&machine, AxisId::X);
+    assert_eq!((x.limits.max, x.limits.velocity), (100.0, 40.0));
+    assert!((x.config.gap_in_unit() - 0.02).abs() < 1e-9);
+    // Another sign behind it is no comment.
+    let error = refused("m.ini", &text.replace("= 40 #", "= 40,5 #"));
+    assert!(
+        error.contains("m.ini:8:1: [JOINT_0] MAX_VELOCITY: `40,5` is not a number"),
+        "{error}"
+    );
+}
+
+/// The control counts the pulses of a stepper, which follow exactly: of lost steps it sees nothing.
+#[test]
+fn the_following_error_of_a_stepper_is_not_that_of_its_rotor() {
+    let (told, machine) = linuxcnc(
+        "STEP_SCALE = 400\nSTEPGEN_MAXACCEL = 1000\nFERROR = 0.2\nMIN_FERROR = 0.05",
+        "",
+    )
+    .unwrap();
+    for key in ["[JOINT_0] FERROR", "[JOINT_0] MIN_FERROR"] {
+        assert_eq!(fate(&told, key), Fate::Ignored);
+        assert!(
+            note(&told, key).contains("loses a step"),
+            "{}",
+            note(&told, key)
+        );
+    }
+    // A full step of 8 mm a turn.
+    let limits = axis(&machine, AxisId::X).monitor_limits();
+    assert!((limits.following.unwrap().at(0.0) - 0.04).abs() < 1e-9);
+    // Of a servo they count.
+    let (told, _) = linuxcnc("FERROR = 0.2", "").unwrap();
+    assert_eq!(fate(&told, "[JOINT_0] FERROR"), Fate::Used);
+}
+
+#[test]
+fn what_a_tool_table_has_besides_length_and_diameter_is_told() {
+    let table = "T1 P1 X1.5 Y0 Z10 D6\nT2 P2 Z20 D-8\nT1 P3 Z12 D6\n";
+    let (told, machine) = linuxcnc("", table).unwrap();
+    let of = |tool: &str| -> Vec<String> {
+        let key = format!("[EMCIO] TOOL_TABLE {tool}");
+        let rows = told.rows.iter().filter(|row| row.key == key);
+        rows.map(|row| format!("{}: {}", row.value, row.note))
+            .collect()
+    };
+    assert_eq!(
+        of("T1"),
+        [
+            "X1.5: not carried: a tool has a length and a diameter here",
+            "before: given again in line 3 of tool.tbl, which counts",
+        ]
+    );
+    assert!(of("T2")[0].starts_with("D-8: its sign"), "{:?}", of("T2"));
+    assert_eq!(machine.tools().len(), 2);
+    assert_eq!(
+        machine
+            .tools()
+            .iter()
+            .map(|tool| tool.diameter_mm)
+            .fold(0.0, f64::max),
+        8.0
+    );
+}
+
+#[test]
+fn a_negative_gap_is_not_taken_and_told() {
+    let (told, machine) = linuxcnc("BACKLASH = -0.05", "").unwrap();
+    assert_eq!(fate(&told, "[JOINT_0] BACKLASH"), Fate::Ignored);
+    assert!(note(&told, "[JOINT_0] BACKLASH").contains("the load leads"));
+    assert_eq!(
+        axis(&machine, AxisId::X).config.compensation.method.name(),
+        "none"
+    );
+    let (told, machine) = read("hal.txt", &format!("{GRBL}$160=-0.05\n"));
+    assert_eq!(fate(&told, "$160"), Fate::Ignored);
+    assert_eq!(
+        axis(&machine, AxisId::X).config.compensation.method.name(),
+        "none"
+    );
+}
+
+const GRBL: &str = "$100=250\n$101=250\n$102=250\n$110=1500\n$111=1200\n$112=500\n$120=30\n$121=20\n$122=10\n$130=200\n$131=150.5\n$132=80\n";
+
+/// Of a travel with one end the other lies as far away as that of the machine that lends.
+#[test]
+fn the_other_end_of_a_travel_goes_by_the_one_that_is_told() {
+    let vmc3 = Machine::preset("vmc3").unwrap();
+    let lent = axis(&vmc3, AxisId::X).limits;
+    let length = lent.max - lent.min;
+    let archive = "N10000 $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"\nN32000 $MA_MAX_AX_VELO[AX1]=30000\nN36100 $MA_POS_LIMIT_MINUS[0,AX1]=5\n";
+    for (line, min) in [("MINUS[0,AX1]=5", 5.0), ("PLUS[0,AX1]=5", 5.0 - length)] {
+        let (told, machine) = read("nc.arc", &archive.replace("MINUS[0,AX1]=5", line));
+        let limits = axis(&machine, AxisId::X).limits;
+        assert!((limits.min - min).abs() < 1e-9 && (limits.max - min - length).abs() < 1e-9);
+        let lent = if min == 5.0 { "max" } else { "min" };
+        assert_eq!(
+            fate(&told, &format!("axis.x.limits.{lent}_mm")),
+            Fate::Guessed
+        );
+    }
+}
+
+#[test]
+fn velocities_of_a_sinumerik_that_are_none_are_refused() {
+    let archive = "N10000 $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"\nN30300 $MA_IS_ROT_AX[AX1]='H0'\nN32000 $MA_MAX_AX_VELO[AX1]=30000 '2f\n";
+    for (value, says) in [
+        ("nan", "`nan` is not a number"),
+        ("-5", "is -5; it has to be above 0"),
+        ("0", "is 0; it has to be above 0"),
+        ("'H0'", "is 0; it has to be above 0"),
+    ] {
+        let error = refused("nc.arc", &archive.replace("30000 '2f", value));
+        let says = format!("nc.arc:3:1: $MA_MAX_AX_VELO[AX1]: {says}");
+        assert!(error.contains(&says), "{error}");
+    }
+    // Hexadecimal and binary values, and a check sum behind a value.
+    for value in ["30000 '2f", "'H7530'", "'B111010100110000' '2f"] {
+        let (_, machine) = read("nc.arc", &archive.replace("30000 '2f", value));
+        assert_eq!(axis(&machine, AxisId::X).limits.velocity, 500.0);
+    }
+}
+
+const FLUIDNC: &str = "axes:\n  x:\n    steps_per_mm: 400\n    homing:\n      positive_direction: false\n  y:\n    max_rate_mm_per_min: 6000\n";
+
+/// What a file leaves out, FluidNC runs with its own.
+#[test]
+fn fluidnc_runs_with_its_own_defaults() {
+    let (told, machine) = read("c.yaml", FLUIDNC);
+    let (x, y) = (
+        axis(&machine, AxisId::X).limits,
+        axis(&machine, AxisId::Y).limits,
+    );
+    assert!((x.velocity - 1000.0 / 60.0).abs() < 1e-9 && (y.velocity - 100.0).abs() < 1e-9);
+    assert_eq!(
+        (x.acceleration, x.min, x.max, y.min, y.max),
+        (25.0, 0.0, 1000.0, -1000.0, 0.0)
+    );
+    for key in [
+        "axes.x.max_rate_mm_per_min",
+        "axes.y.steps_per_mm",
+        "axes.y.homing.mpos_mm",
+    ] {
+        assert_eq!(fate(&told, key), Fate::Filled, "{key}");
+    }
+    // The file is whole, though its axes end it.
+    assert!(
+        !told
+            .rows
+            .iter()
+            .any(|row| row.note.contains("whole?") && row.key == "axes")
+    );
+    let (told, _) = read("c.yaml", &format!("{FLUIDNC}    homing:\n"));
+    assert!(note(&told, "axes").contains("is it whole?"));
+    let error = refused("c.yaml", &FLUIDNC.replace("    max_rate", "\tmax_rate"));
+    assert!(
+        error.contains("c.yaml:7:1: ") && error.contains("a tab, which YAML forbids"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_an_answer_of_grbl_lacks_is_a_guess_of_its_defaults() {
+    let lacking = GRBL
+        .replace("$111=1200\n", "")
+        .replace("$121=20\n", "")
+        .replace("$131=150.5\n", "");
+    let (told, machine) = read("dump.txt", &lacking);
+    let y = axis(&machine, AxisId::Y).limits;
+    assert!((y.velocity - 500.0 / 60.0).abs() < 1e-9);
+    assert_eq!((y.acceleration, y.min, y.max), (10.0, -200.0, 0.0));
+    for key in ["$111", "$121", "$131"] {
+        assert_eq!(fate(&told, key), Fate::Guessed);
+    }
+    // A machine that is named lends them.
+    let named = ImportOptions::new("vmc3");
+    let (_, machine) = read_with("dump.txt", &lacking, &named).unwrap();
+    assert!(axis(&machine, AxisId::Y).limits.velocity > 100.0);
+}
+
+/// A gap wider than half a mm is mostly a unit that was mistaken: it is told, in every format.
+#[test]
+fn an_unlikely_gap_is_told() {
+    let (told, _) = linuxcnc("BACKLASH = 1.5", "").unwrap();
+    let said = note(&told, "[JOINT_0] BACKLASH");
+    assert!(said.contains("a gap of 1.5 mm is unlikely"), "{said}");
+    let (told, _) = read("hal.txt", &format!("{GRBL}$160=0.9\n"));
+    assert!(note(&told, "$160").contains("a gap of 0.9 mm is unlikely"));
+    let (told, _) = linuxcnc("BACKLASH = 0.3", "").unwrap();
+    assert_eq!(fate(&told, "[JOINT_0] BACKLASH"), Fate::Used);
+}
