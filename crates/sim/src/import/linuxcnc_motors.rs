@@ -101,22 +101,10 @@ pub(super) fn tell(
         // A further motor is like the first.
         let own_axis = draft.axis(axis, turns);
         if let Some(stepper) = &own_axis.stepper {
-            if let Some(steps) = steps {
-                let unit = if turns { deg } else { mm };
-                let first = stepper.steps_per_unit.as_ref();
-                // The sign is the direction.
-                let first = first.map(|it| (it.from.clone(), float(it.value * unit)));
-                let own = steps.value.trim_start_matches('-');
-                let first = first
-                    .as_ref()
-                    .map(|(from, value)| (from.as_str(), value.as_str()));
-                draft.row(
-                    steps.from,
-                    steps.value,
-                    Fate::Ignored,
-                    unlike_first(first, own),
-                );
-            }
+            let unit = if turns { deg } else { mm };
+            let first = stepper.steps_per_unit.as_ref();
+            let first = first.map(|it| (it.from.clone(), float(it.value * unit)));
+            further(draft, steps, first);
             continue;
         }
         own_axis.stepper = Some(StepperDraft::default());
@@ -157,6 +145,18 @@ pub(super) fn tell(
         }
     }
     Ok(())
+}
+
+/// Reports the steps of a further motor, and where the first has others: where those are told, and their number.
+fn further(draft: &mut Draft, steps: Option<Steps<'_>>, first: Option<(String, String)>) {
+    let Some(steps) = steps else { return };
+    // The sign is the direction; old files have an offset behind it.
+    let own = steps.value.split_whitespace().next().unwrap_or_default();
+    let own = own.trim_start_matches('-');
+    let first = first.as_ref();
+    let first = first.map(|(from, value)| (from.as_str(), value.as_str()));
+    let note = unlike_first(first, own);
+    draft.row(steps.from, steps.value, Fate::Ignored, note);
 }
 
 /// Says where the step generator has too little room for what the control adds at reversals.

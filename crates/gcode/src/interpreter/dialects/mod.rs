@@ -74,7 +74,11 @@ impl Interpreter {
         )
         .inspect_err(|fault| {
             // A program for quite another control: one message instead of one for each line.
-            self.state.ended |= matches!(*fault.problem, Problem::Heidenhain);
+            self.state.ended |= match *fault.problem {
+                Problem::Heidenhain => true,
+                Problem::Siemens { .. } => self.config.dialect == Dialect::Siemens,
+                _ => false,
+            };
         })?;
         if !self.is_passing() {
             taken.into_iter().for_each(|leniency| self.tell(leniency));
