@@ -25,7 +25,8 @@ fn linuxcnc(more: &str, table: &str) -> Result<(Imported, Machine), String> {
         "[EMC]\nMACHINE = m\n[KINS]\nKINEMATICS = trivkins coordinates=X\n[EMCIO]\nTOOL_TABLE = tool.tbl\n[JOINT_0]\nMIN_LIMIT = -100\nMAX_LIMIT = 100\nMAX_VELOCITY = 50\nMAX_ACCELERATION = 500\n{more}\n"
     );
     let files = |name: &str| match name {
-        "x.comp" | "tool.tbl" => Ok(table.to_owned()),
+        "x.comp" => Ok(table.to_owned()),
+        "tool.tbl" if table.starts_with('T') => Ok(table.to_owned()),
         _ => Err("no such file".to_owned()),
     };
     let options = ImportOptions {
