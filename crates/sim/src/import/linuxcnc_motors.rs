@@ -104,7 +104,7 @@ pub(super) fn tell(
             let unit = if turns { deg } else { mm };
             let first = stepper.steps_per_unit.as_ref();
             let first = first.map(|it| (it.from.clone(), float(it.value * unit)));
-            further(draft, steps, first);
+            further(draft, steps, first.as_ref());
             continue;
         }
         own_axis.stepper = Some(StepperDraft::default());
@@ -148,12 +148,11 @@ pub(super) fn tell(
 }
 
 /// Reports the steps of a further motor, and where the first has others: where those are told, and their number.
-fn further(draft: &mut Draft, steps: Option<Steps<'_>>, first: Option<(String, String)>) {
+fn further(draft: &mut Draft, steps: Option<Steps<'_>>, first: Option<&(String, String)>) {
     let Some(steps) = steps else { return };
     // The sign is the direction; old files have an offset behind it.
     let own = steps.value.split_whitespace().next().unwrap_or_default();
     let own = own.trim_start_matches('-');
-    let first = first.as_ref();
     let first = first.map(|(from, value)| (from.as_str(), value.as_str()));
     let note = unlike_first(first, own);
     draft.row(steps.from, steps.value, Fate::Ignored, note);
