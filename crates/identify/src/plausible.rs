@@ -51,6 +51,12 @@ const MAX_APART_RAD: f64 = std::f64::consts::TAU;
 /// a millimetre or two of a usual axis.
 const MIN_TRAVEL: f64 = 30.0;
 
+/// Speed of motor and load apart, in parts of the motor's, up to which an axis moves as one body. A choice:
+/// far above what wind-up changes by while an axis speeds up, far below what it is across a gap.
+const APART_SHARE: f64 = 0.05;
+/// Fewest windows in which the axis moves from which an inertia is told. A choice.
+const FEWEST_WINDOWS: usize = 20;
+
 /// The axis as one body, as current and acceleration show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RigidMass {
@@ -61,8 +67,9 @@ struct RigidMass {
 }
 
 impl RigidMass {
-    /// The body that explains the current best; `None` if the axis hardly moves.
-    fn of(log: &BacklashLog, settings: &FitSettings) -> Option<Self> {
+    /// The body that explains the current best; `None` if the axis hardly moves. With the load's position
+    /// what the motor does across its gap, alone, is left out.
+    fn of(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Option<Self> {
         let half = (HALF_WINDOW_S / log.period_s()).round().max(1.0) as usize;
         // Without inertia and friction the window's torque is that of the current alone; friction
         // of a trace makes it tell in which windows the motor moves one way.
@@ -72,7 +79,14 @@ impl RigidMass {
             ..*settings
         };
         let windows = window::averages(log, &bare, 0.0, half);
-        let moving: Vec<&WindowSample> = windows.iter().filter(|w| w.one_way && w.whole).collect();
+        let mut moving: Vec<&WindowSample> =
+            windows.iter().filter(|w| w.one_way && w.whole).collect();
+        let is_one =
+            |w: &&&WindowSample| w.rate_rad_s.abs() <= APART_SHARE * w.velocity_rad_s.abs();
+        // A load in other units is never with its motor.
+        if with_load && moving.iter().filter(is_one).count() >= FEWEST_WINDOWS {
+            moving.retain(|w| is_one(&w));
+        }
         let data = Regression::<4> {
             rows: moving
                 .iter()
@@ -90,7 +104,7 @@ impl RigidMass {
         };
         let x = data.least_squares();
         let count = moving.len();
-        if count < 20 {
+        if count < FEWEST_WINDOWS {
             return None;
         }
         let (mut normal, mut square) = (NormalEquations::<4>::default(), 0.0);
@@ -155,7 +169,7 @@ fn motion(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Result<
         // Acceleration goes with the square of the time: a thousandth of it makes the inertia right.
         let ratio = settings
             .known_inertia_kgm2
-            .and_then(|known| Some(RigidMass::of(log, settings)?.inertia_kgm2 / known));
+            .and_then(|known| Some(RigidMass::of(log, settings, with_load)?.inertia_kgm2 / known));
         let Some(ratio) =
             ratio.filter(|ratio| (1e6 / TIME_TOLERANCE..1e6 * TIME_TOLERANCE).contains(ratio))
         else {
@@ -197,7 +211,7 @@ fn motion(log: &BacklashLog, settings: &FitSettings, with_load: bool) -> Result<
             return Ok(());
         }
     }
-    let Some(body) = RigidMass::of(log, settings) else {
+    let Some(body) = RigidMass::of(log, settings, with_load) else {
         return Ok(());
     };
     let error = SURE_ERRORS * body.inertia_error_kgm2;

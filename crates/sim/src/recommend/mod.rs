@@ -274,7 +274,10 @@ impl Advice<'_> {
         first: &Run,
     ) -> Result<Option<Trial>, SimError> {
         let rest = trials.iter().filter(|trial| self.has_numbers(trial));
-        let rest: Vec<Trial> = rest.cloned().collect();
+        let rest: Vec<Trial> = rest
+            .flat_map(|trial| [Some(trial.clone()), wound_up(trial, &self.told)])
+            .flatten()
+            .collect();
         let run = self.simulated(&rest)?;
         if let Some(left) = first.result(&unset.name()) {
             let (rms, max) = (left.cutting.rms, left.cutting.max);

@@ -123,9 +123,9 @@ fn an_uncertain_gap_is_told_its_least_and_shown_at_both_ends() {
     }
 }
 
-/// A pulse whose units nobody publishes is no advice: the best way with numbers is, or nothing.
+/// Where every way of setting a control does harm, nothing is set, and why is said.
 #[test]
-fn what_has_no_numbers_is_not_recommended() {
+fn what_does_harm_is_not_recommended() {
     let turning = "G21 G90 G17 G64 P0.01\nG54 G0 X0 Y0 Z5 A0\nG1 Z-1 F300\nX10 A30 F500\nX0 A0\nY10 A-20\nG0 Z5\nM2\n";
     let exact = RecommendOptions {
         gap_uncertainty: Some(0.0),
@@ -135,23 +135,15 @@ fn what_has_no_numbers_is_not_recommended() {
     for control in [Control::Fanuc, Control::Heidenhain] {
         let of = recommend(&program(turning), &machine, &options, control, &exact);
         let answer = of.unwrap();
-        assert!(
-            answer
-                .notes
-                .iter()
-                .any(|note| note.starts_with("best for the program is reversal-pulse, RMS ")),
-            "{:?}",
-            answer.notes
-        );
+        // The slide of Z flies across its gap where it brakes: with a shift of half a gap it lies farther off.
+        let refused = answer.refused.as_deref().unwrap_or_default();
+        assert!(refused.contains("worse than none"), "{refused}");
         // 30 arc seconds of the table, of which the contour knows nothing.
         let table = "half its 8.3 mdeg are 3.6 um at 50 mm";
         let unseen = |note: &String| note.starts_with("A: no contour") && note.contains(table);
         assert!(answer.notes.iter().any(unseen), "{:?}", answer.notes);
         assert_eq!(answer.method.is_none(), answer.settings.is_empty());
         assert_eq!(answer.method.is_none(), answer.refused.is_some());
-        if answer.method.is_some() {
-            assert_eq!(answer.gap_uncertainty, Some(0.0));
-        }
     }
 }
 
@@ -159,8 +151,14 @@ fn what_has_no_numbers_is_not_recommended() {
 #[test]
 fn what_is_left_off_names_the_worst_block() {
     let whole = machine();
-    let tight = whole.axes().iter().fold(whole.clone(), |tight, axis| {
-        tight.with_axis_config(axis.id, &axis.config.clone().with_gap(1e-5))
+    // Without friction there is no wind-up to be set either.
+    let tight = whole.map_axes(|config| {
+        let mut load = config.clone().with_gap(1e-5).reflected_load();
+        load.coulomb_nm = 0.0;
+        lostmotion_methods::AxisConfig {
+            load: lostmotion_drive::config::Load::Reflected(load),
+            ..config.clone()
+        }
     });
     let part = program("G21 G90 G17\nG0 X0 Y0 Z5\nG1 Z-1 F300\nG1 X20 F600\nX0\nY10\nM2\n");
     let (options, wanted) = (SimulateOptions::default(), RecommendOptions::default());
