@@ -16,14 +16,19 @@ fn operations(text: &[u8], config: &InterpreterConfig) -> (Vec<CanonicalOp>, u64
 }
 
 fn resolved(
-    ops: &[CanonicalOp],
+    text: &[u8],
     config: &InterpreterConfig,
     comments: usize,
 ) -> Result<Vec<CanonicalOp>, Box<dyn Error>> {
     let mut resolver = Resolver::new(config, Frame::of(config, 1)?);
     let mut all = Vec::new();
-    for op in ops {
-        all.extend(resolver.push(op)?);
+    for sourced in Program::new(text, config.clone()) {
+        all.extend(
+            resolver
+                .push(&sourced)?
+                .into_iter()
+                .map(|sourced| sourced.op),
+        );
     }
     all.extend(resolver.finish());
     // The head of a written program begins with a comment.
@@ -53,8 +58,11 @@ fn check(name: &str) -> Result<&'static str, Box<dyn Error>> {
         1,
         &mut written,
     )?;
-    let (again, errors) = operations(&written, &config);
-    let (expected, got) = (resolved(&ops, &config, 0)?, resolved(&again, &config, 1)?);
+    let (_, errors) = operations(&written, &config);
+    let (expected, got) = (
+        resolved(&text, &config, 0)?,
+        resolved(&written, &config, 1)?,
+    );
     if errors > 0 || expected != got {
         let at = expected
             .iter()

@@ -282,6 +282,7 @@ pub struct PendingCorner {
     pub(crate) size: f64,
     pub(crate) rounds: bool,
     pub(crate) block: BlockRef,
+    pub(crate) named: u16,
 }
 
 /// A NURBS block that has begun.

@@ -275,7 +275,7 @@ impl Seen {
     pub(super) fn take(&mut self, event: &Event<'_>, line: u32) {
         // Each operation starts where the one before it has ended.
         let mut at = event.before.current;
-        for SourcedOp { op, block } in event.ops {
+        for SourcedOp { op, block, .. } in event.ops {
             // Held operations keep the place of the block that they come from.
             if (block.span.file, block.span.line) == (0, line) {
                 self.count += 1;

@@ -3,8 +3,8 @@
 use super::Frame;
 use lostmotion_gcode::Dialect;
 use lostmotion_gcode::ops::{
-    ArcFeed, CanonicalOp, NurbsFeed, OutputValue, PathControl, Plane, Position, TextKind, Units,
-    WaitFor,
+    ArcFeed, CanonicalOp, NurbsFeed, OutputValue, PathControl, Plane, Position, SourcedOp,
+    TextKind, Units, WaitFor,
 };
 use lostmotion_gcode::state::{FeedMode, State};
 
@@ -37,9 +37,15 @@ pub(super) fn head(frame: &Frame) -> [String; 3] {
 }
 
 /// The block for the operations at the front.
-pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Option<Line> {
+pub(super) fn line(window: &[&SourcedOp], state: &State, sync: Option<f64>) -> Option<Line> {
     use CanonicalOp as O;
+    let ops: Vec<&CanonicalOp> = window.iter().map(|sourced| &sourced.op).collect();
+    let ops = ops.as_slice();
     let (first, rest) = ops.split_first()?;
+    let (own, next) = (
+        window.first()?.named,
+        window.get(1).map_or(0, |op| op.named),
+    );
     // The program's end first: M2 makes several operations that have blocks of their own.
     if let Some(ops) = end(ops) {
         return Some(Line {
@@ -48,20 +54,20 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
         });
     }
     match first {
-        O::SetFeedRate { rate, inverse_time } => feed(*rate, *inverse_time, rest, state),
+        O::SetFeedRate { rate, inverse_time } => feed((*rate, *inverse_time), rest, next, state),
         // G33 is the start of synchronisation and the move; its end needs no text.
         O::StartSpeedFeedSync(pitch) => rest
             .first()
-            .and_then(|next| in_step(next, *pitch, state))
+            .and_then(|op| in_step(op, next, *pitch, state))
             .map(|text| Line { text, ops: 2 }),
         O::StopSpeedFeedSync => Some(Line::one(String::new())),
         O::StraightFeed(_) | O::RigidTap(_) => match sync {
-            Some(pitch) => in_step(first, pitch, state),
-            None => motion(first, state),
+            Some(pitch) => in_step(first, own, pitch, state),
+            None => motion(first, own, state),
         }
         .map(Line::one),
         O::StraightTraverse(_) | O::ArcFeed(_) | O::StraightProbe(_) => {
-            motion(first, state).map(Line::one)
+            motion(first, own, state).map(Line::one)
         }
         O::NurbsFeed(feed) => curve(feed).map(Line::one),
         O::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
@@ -167,16 +173,16 @@ fn orient(spindle: u8, degrees: f64, way: u8, rest: &[&CanonicalOp]) -> Line {
 
 /// A feed rate, on the line of its move if that follows.
 fn feed(
-    rate: f64,
-    inverse_time: Option<f64>,
+    (rate, inverse_time): (f64, Option<f64>),
     rest: &[&CanonicalOp],
+    named: u16,
     state: &State,
 ) -> Option<Line> {
     // A rapid does not use the feed: F then stands on a line of its own.
     let next = rest
         .first()
         .filter(|op| !matches!(op, CanonicalOp::StraightTraverse(_)))
-        .and_then(|op| motion(op, state));
+        .and_then(|op| motion(op, named, state));
     let inverse = state.feed_mode == FeedMode::InverseTime;
     // In inverse time each move has its own F, so that F cannot stand alone.
     if let Some(per_minute) = inverse_time {
@@ -206,18 +212,18 @@ fn change(rest: &[&CanonicalOp]) -> Option<usize> {
 }
 
 /// A move in step with the spindle.
-fn in_step(op: &CanonicalOp, pitch: f64, state: &State) -> Option<String> {
-    match op {
-        CanonicalOp::StraightFeed(end) => Some(format!(
-            "G33 {} {}",
-            axes(&state.current, end),
-            word('K', pitch)
-        )),
+fn in_step(op: &CanonicalOp, named: u16, pitch: f64, state: &State) -> Option<String> {
+    let (code, end) = match op {
+        CanonicalOp::StraightFeed(end) => ("G33", *end),
         CanonicalOp::RigidTap([x, y, z]) => {
-            Some(format!("G33.1 X{x} Y{y} Z{z} {}", word('K', pitch)))
+            let [_, _, _, others @ ..] = state.current;
+            let [a, b, c, u, v, w] = others;
+            ("G33.1", [*x, *y, *z, a, b, c, u, v, w])
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    let ends = axes(&state.current, &end, named);
+    Some(format!("{code} {ends} {}", word('K', pitch)))
 }
 
 /// How many operations M2 stands for: those that it makes itself, in its order, up to the end.
@@ -286,7 +292,7 @@ fn setting(op: &CanonicalOp, state: &State) -> Option<String> {
         O::UseToolLengthOffset(offset) if *offset == [0.0; 9] => "G49".to_owned(),
         // Axes that are not named keep their offset: those of a machine without U V W stay unnamed.
         O::UseToolLengthOffset(offset) => {
-            format!("G43.1 {}", axes(&state.offsets.tool, offset))
+            format!("G43.1 {}", axes(&state.offsets.tool, offset, 0))
         }
         O::Dwell(seconds) => format!("G4 {}", word('P', *seconds)),
         O::SelectTool(tool) => format!("T{tool}"),
@@ -354,11 +360,16 @@ const fn wait_number(wait: WaitFor) -> u8 {
 }
 
 /// A straight move, an arc or a probing move, without its feed.
-pub(super) fn motion(op: &CanonicalOp, state: &State) -> Option<String> {
+pub(super) fn motion(op: &CanonicalOp, named: u16, state: &State) -> Option<String> {
+    let to = |code: &str, end: &Position| format!("{code} {}", axes(&state.current, end, named));
     Some(match op {
-        CanonicalOp::StraightTraverse(end) => format!("G0 {}", axes(&state.current, end)),
-        CanonicalOp::StraightFeed(end) => format!("G1 {}", axes(&state.current, end)),
-        CanonicalOp::ArcFeed(feed) => arc(feed, state),
+        CanonicalOp::StraightTraverse(end) => to("G0", end),
+        // A feed move that goes nowhere: as a distance, since the machine may stand elsewhere.
+        CanonicalOp::StraightFeed(end) if changed(&state.current, end, named).is_empty() => {
+            "G91 G1 X0".to_owned()
+        }
+        CanonicalOp::StraightFeed(end) => to("G1", end),
+        CanonicalOp::ArcFeed(feed) => arc(feed, named, state),
         CanonicalOp::StraightProbe(probe) => {
             let code = match (probe.away, probe.must) {
                 (false, true) => "G38.2",
@@ -366,13 +377,13 @@ pub(super) fn motion(op: &CanonicalOp, state: &State) -> Option<String> {
                 (true, true) => "G38.4",
                 (true, false) => "G38.5",
             };
-            format!("{code} {}", axes(&state.current, &probe.end))
+            to(code, &probe.end)
         }
         _ => return None,
     })
 }
 
-fn arc(arc: &ArcFeed, state: &State) -> String {
+fn arc(arc: &ArcFeed, named: u16, state: &State) -> String {
     let [first, second, _] = arc.plane.axes();
     let letter = |axis: usize| ['I', 'J', 'K'].get(axis).copied().unwrap_or('I');
     // The bits of the centre have to come back when the block is read.
@@ -388,7 +399,7 @@ fn arc(arc: &ArcFeed, state: &State) -> String {
         _ => (if state.arc_absolute { "" } else { "G90.1 " }, arc.center),
     };
     let code = if arc.turns < 0 { "G2" } else { "G3" };
-    let end = changed(&state.current, &arc.position());
+    let end = changed(&state.current, &arc.position(), named);
     let end = if end.is_empty() {
         end
     } else {
@@ -441,35 +452,24 @@ pub(super) fn word(letter: char, value: f64) -> String {
     format!("{letter}{value}")
 }
 
-/// Words of the axes whose end is not where they are; X if there is none.
-pub(super) fn axes(from: &Position, to: &Position) -> String {
-    // Compared as bits: -0 and 0 are written differently and have to be read back the same.
-    let moved = |(_, (from, to)): &(usize, (&f64, &f64))| from.to_bits() != to.to_bits();
-    let words: Vec<String> = from
-        .iter()
-        .zip(to)
-        .enumerate()
-        .filter(moved)
-        .map(|(axis, (_, to))| word(LETTERS[axis], *to))
-        .collect();
+/// Words of the axes that are named or whose end is not where they are; X if there is none.
+pub(super) fn axes(from: &Position, to: &Position, named: u16) -> String {
+    let words = changed(from, to, named);
     if words.is_empty() {
         word('X', to[0])
     } else {
-        words.join(" ")
+        words
     }
 }
 
-/// Words of the axes that differ, `None` if there is none.
-pub(super) fn changed(from: &Position, to: &Position) -> String {
-    if from
-        .iter()
-        .zip(to)
-        .all(|(from, to)| from.to_bits() == to.to_bits())
-    {
-        String::new()
-    } else {
-        axes(from, to)
-    }
+/// Words of the axes that are named or whose end is not where they are; empty if there is none.
+pub(super) fn changed(from: &Position, to: &Position, named: u16) -> String {
+    // Compared as bits: -0 and 0 are written differently and have to be read back the same.
+    let has_word =
+        |axis: &usize| named & (1 << axis) != 0 || from[*axis].to_bits() != to[*axis].to_bits();
+    let words = (0..9).filter(has_word);
+    let words: Vec<String> = words.map(|axis| word(LETTERS[axis], to[axis])).collect();
+    words.join(" ")
 }
 
 /// A text as a comment.

@@ -110,7 +110,7 @@ impl Writer {
 
     /// Writes the blocks of the next operations.
     fn next(&mut self, out: &mut String) -> Result<(), WriterError> {
-        let ops: Vec<&CanonicalOp> = self.window.iter().map(|sourced| &sourced.op).collect();
+        let ops: Vec<&SourcedOp> = self.window.iter().collect();
         let Some(Line { text, ops }) =
             line::line(&ops, self.reader.interpreter().state(), self.sync)
         else {
@@ -128,6 +128,10 @@ impl Writer {
         for line in text.lines() {
             self.put(line, out)?;
         }
+        // A move that goes nowhere is a distance; all others are places.
+        if !self.reader.interpreter().state().absolute {
+            self.put("G90", out)?;
+        }
         self.compare(&text)
     }
 
@@ -136,7 +140,8 @@ impl Writer {
         // The written block is read by an interpreter of its own and resolved like the original.
         let fed = self.reader.feed(line.as_bytes());
         for sourced in &fed.ops {
-            self.got.extend(self.resolver.push(&sourced.op)?);
+            let ops = self.resolver.push(sourced)?;
+            self.got.extend(ops.into_iter().map(|sourced| sourced.op));
         }
         if let Some(diagnostic) = fed
             .diagnostics
@@ -260,20 +265,15 @@ fn write_in<R: BufRead>(
     let mut last = SourcedOp {
         op: lostmotion_gcode::CanonicalOp::ProgramEnd,
         block: lostmotion_base::span::BlockRef::default(),
+        named: 0,
     };
     for sourced in program.by_ref() {
         for op in resolver
-            .push(&sourced.op)
+            .push(&sourced)
             .map_err(|error| error.at(sourced.block))?
         {
             written.operations += 1;
-            writer.push(
-                SourcedOp {
-                    op,
-                    block: sourced.block,
-                },
-                &mut text,
-            )?;
+            writer.push(op, &mut text)?;
         }
         last = sourced;
         // Written out now and then: memory does not grow with the program.
@@ -286,6 +286,7 @@ fn write_in<R: BufRead>(
             SourcedOp {
                 op,
                 block: last.block,
+                named: 0,
             },
             &mut text,
         )?;

@@ -4,8 +4,8 @@ use super::WriterError;
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::config::InterpreterConfig;
 use lostmotion_gcode::ops::{
-    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, PathControl, Plane, Position, StraightProbe,
-    Units,
+    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, PathControl, Plane, Position, SourcedOp,
+    StraightProbe, Units,
 };
 use lostmotion_gcode::parameters::SYSTEM_ORIGINS;
 use lostmotion_gcode::state::{Offsets, add, convert, rotate, subtract};
@@ -66,6 +66,8 @@ pub struct Resolver {
     settled: Settled,
     /// The end of a move in step with the spindle, which another such move may follow.
     stop_sync: bool,
+    /// Where the tool is believed to be; `None` before the offsets in force at the start are told.
+    at: Option<Position>,
 }
 
 impl Resolver {
@@ -81,6 +83,7 @@ impl Resolver {
             },
             settled: Settled::new(units),
             stop_sync: false,
+            at: None,
         }
     }
 
@@ -89,8 +92,9 @@ impl Resolver {
     ///
     /// # Errors
     /// An arc that a rotation turns out of its plane.
-    pub fn push(&mut self, op: &CanonicalOp) -> Result<Vec<CanonicalOp>, WriterError> {
+    pub fn push(&mut self, sourced: &SourcedOp) -> Result<Vec<SourcedOp>, WriterError> {
         use CanonicalOp as O;
+        let op = &sourced.op;
         // The end of a synchronised move is held back: a second one that follows keeps the mode on.
         if self.stop_sync && matches!(op, O::StartSpeedFeedSync(_)) {
             self.stop_sync = false;
@@ -106,7 +110,11 @@ impl Resolver {
         match op {
             O::SetG5xOffset { offset, .. } => self.offsets.g5x = *offset,
             O::SetG92Offset(offset) => self.offsets.g92 = *offset,
-            O::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
+            O::SetXyRotation(degrees) => {
+                self.offsets.rotation_deg = *degrees;
+                // The last offset that the start tells: the tool is taken to stand at program zero.
+                self.at = self.at.or_else(|| Some(self.place(&[0.0; 9])));
+            }
             O::StopSpeedFeedSync => self.stop_sync = true,
             // G94 and the like take F back; no move is made without another one.
             O::SetFeedRate {
@@ -115,12 +123,42 @@ impl Resolver {
             } => {}
             op => {
                 let op = self.resolved(op)?;
-                if self.settled.is_news(&op) {
+                if self.settled.is_news(&op) && !self.stays(&op, sourced.named) {
                     out.push(op);
                 }
             }
         }
-        Ok(out)
+        let named = self.named(sourced.named);
+        let block = sourced.block;
+        Ok(out
+            .into_iter()
+            .map(|op| SourcedOp { op, block, named })
+            .collect())
+    }
+
+    /// Whether an operation is a rapid that goes nowhere and says no place, such as the first half of
+    /// `G91 G28 Z0`. Keeps where the tool is.
+    fn stays(&mut self, op: &CanonicalOp, named: u16) -> bool {
+        let end = match op {
+            CanonicalOp::StraightTraverse(end) | CanonicalOp::StraightFeed(end) => *end,
+            CanonicalOp::ArcFeed(arc) => arc.position(),
+            CanonicalOp::StraightProbe(probe) => probe.stop,
+            CanonicalOp::NurbsFeed(curve) => curve.end,
+            _ => return false,
+        };
+        let before = self.at.replace(end);
+        let is_there =
+            before.is_some_and(|before| before.map(f64::to_bits) == end.map(f64::to_bits));
+        matches!(op, CanonicalOp::StraightTraverse(_)) && named == 0 && is_there
+    }
+
+    /// Axes of the frame whose place is said: a rotation makes X and Y one.
+    fn named(&self, named: u16) -> u16 {
+        if self.offsets.rotation_deg != 0.0 && named & XY != 0 {
+            named | XY
+        } else {
+            named
+        }
     }
 
     /// What is still held back.
@@ -173,7 +211,10 @@ impl Resolver {
             &mut self.origin,
             &mut self.offsets.g5x,
             &mut self.offsets.g92,
-        ] {
+        ]
+        .into_iter()
+        .chain(&mut self.at)
+        {
             *position = convert(position, from, units);
         }
     }
@@ -236,6 +277,9 @@ impl Resolver {
         }
     }
 }
+
+/// The bits of X and Y.
+const XY: u16 = 0b11;
 
 /// The last operation of each kind that only sets something.
 #[derive(Clone, Debug)]

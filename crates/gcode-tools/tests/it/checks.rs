@@ -160,7 +160,8 @@ fn resolved(text: &[u8]) -> Vec<CanonicalOp> {
     let mut program = Program::new(text, config());
     let mut ops = Vec::new();
     for sourced in program.by_ref() {
-        ops.extend(resolver.push(&sourced.op).expect("it has been written"));
+        let all = resolver.push(&sourced).expect("it has been written");
+        ops.extend(all.into_iter().map(|sourced| sourced.op));
     }
     ops.extend(resolver.finish());
     assert_eq!(program.diagnostics().errors(), 0);

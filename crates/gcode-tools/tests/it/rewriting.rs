@@ -25,9 +25,9 @@ fn formatted(text: &str, options: &FormatOptions) -> String {
 
 fn resolved(text: &[u8], config: &InterpreterConfig, system: u8) -> Vec<CanonicalOp> {
     let mut resolver = Resolver::new(config, Frame::of(config, system).unwrap());
-    let mut all: Vec<CanonicalOp> = ops(text, config)
-        .iter()
-        .flat_map(|op| resolver.push(op).unwrap())
+    let mut all: Vec<CanonicalOp> = Program::new(text, config.clone())
+        .flat_map(|sourced| resolver.push(&sourced).unwrap())
+        .map(|sourced| sourced.op)
         .collect();
     all.extend(resolver.finish());
     all
@@ -212,7 +212,7 @@ fn a_resolved_program_is_clean() {
         "G20",
         "G1 X2",
         "G1 X4",
-        "G1 X2",
+        "G1 X2 Y0",
         "G2 X4 I1 J0",
         "G2 I1 J0 P2",
         "M3 S500",
@@ -350,5 +350,51 @@ fn a_tool_offset_is_written_for_the_axes_that_it_has() {
     assert!(
         !text.contains('U') && !text.contains('V') && !text.contains('W'),
         "{text}"
+    );
+}
+
+/// The moves of a written program, without head, modes and feeds.
+fn written_moves(text: &str) -> Vec<String> {
+    let again = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
+    let moves = again
+        .lines()
+        .skip(3)
+        .filter(|line| line.contains(['X', 'Y', 'Z']));
+    moves.map(str::to_owned).collect()
+}
+
+/// Nobody knows where the machine stands at the start, behind a change, a pause or a way home.
+#[test]
+fn a_word_of_an_axis_is_never_left_out() {
+    let text = "G21 G90 G17\nG0 Z10\nG0 X0 Y0\nG1 Z-1 F100\nG1 X10 Y5\nG0 Z10\nM2\n";
+    assert_eq!(
+        written_moves(text),
+        ["G0 Z10", "G0 X0 Y0", "G1 Z-1 F100", "G1 X10 Y5", "G0 Z10"]
+    );
+    let text =
+        "G0 X5 Y5 Z5\nT1 M6\nG0 X5 Y5\nM0\nZ5\nG43.1 Z0\nG0 X5 Z5\nG92 X0\nG0 X0 (here)\nM2\n";
+    assert_eq!(
+        written_moves(text),
+        ["G0 X5 Y5 Z5", "G0 X5 Y5", "G0 Z5", "G0 X5 Z5", "G0 X5"]
+    );
+}
+
+#[test]
+fn axes_that_a_program_does_not_name_are_not_sent_anywhere() {
+    // The first half of the way home goes nowhere; the second says where it leads.
+    assert_eq!(
+        written_moves("G91 G28 Z0\nG90\nG28\nG81 X0 Y0 Z-2 R1 F100\nG80\nM2\n"),
+        [
+            "G0 Z0",
+            "G0 X0 Y0 Z0",
+            "G0 Z1",
+            "G0 X0 Y0",
+            "G1 Z-2",
+            "G0 Z1"
+        ]
+    );
+    assert_eq!(
+        written_moves("G91 G1 X0 F100\nG90 G1 Y0\nG2 I5\nM2\n"),
+        ["G91 G1 X0 F100", "G1 Y0"]
     );
 }

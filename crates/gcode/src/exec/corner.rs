@@ -44,6 +44,7 @@ impl Exec<'_> {
             size,
             rounds,
             block: self.block,
+            named: self.named(&CanonicalOp::StraightFeed(corner)),
         }));
         Ok(true)
     }
@@ -60,6 +61,7 @@ impl Exec<'_> {
             self.out.push(SourcedOp {
                 op: CanonicalOp::StraightFeed(pending.corner),
                 block: pending.block,
+                named: pending.named,
             });
         }
         result
@@ -124,6 +126,7 @@ impl Exec<'_> {
         self.out.push(SourcedOp {
             op: CanonicalOp::StraightFeed(from),
             block: pending.block,
+            named: pending.named,
         });
         let op = if pending.rounds {
             // From the vertex through the middle of the chord: the bisector.
@@ -158,6 +161,7 @@ impl Exec<'_> {
         self.out.push(SourcedOp {
             op,
             block: pending.block,
+            named: 0,
         });
         self.state.corner_exit = Some(to);
         Ok(())

@@ -242,7 +242,13 @@ impl Exec<'_> {
         let mut above = *place;
         above[hole.normal] = self.state.current[hole.normal].max(hole.r);
         self.check_target(&above)?;
-        self.move_to(above, false);
+        self.state.current = above;
+        let said = if self.state.absolute {
+            self.axes_with_words() & !(1 << hole.normal)
+        } else {
+            0
+        };
+        self.emit_named(CanonicalOp::StraightTraverse(above), said);
         if above[hole.normal] != hole.r {
             self.level(hole, hole.r, false);
         }

@@ -66,13 +66,47 @@ pub(crate) struct Exec<'a> {
 
 impl Exec<'_> {
     pub(crate) fn emit(&mut self, op: CanonicalOp) {
-        if self.state.compensation.is_some() {
-            return self.hold(op);
-        }
-        self.out.push(SourcedOp {
+        let named = self.named(&op);
+        self.emit_named(op, named);
+    }
+
+    /// Emits an operation that says the places of these axes.
+    pub(crate) fn emit_named(&mut self, op: CanonicalOp, named: u16) {
+        let sourced = SourcedOp {
             op,
             block: self.block,
-        });
+            named,
+        };
+        if self.state.compensation.is_some() {
+            return self.hold(sourced);
+        }
+        self.out.push(sourced);
+    }
+
+    /// The axes whose place the block says for an operation, see [`SourcedOp::named`]. What cycles do is
+    /// computed, but for the way to a hole.
+    pub(crate) fn named(&self, op: &CanonicalOp) -> u16 {
+        use CanonicalOp as O;
+        let goes = matches!(
+            op,
+            O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::StraightProbe(_)
+        );
+        if !(goes && (self.state.absolute || self.words.has_g(530))) {
+            return 0;
+        }
+        match self.words.motion.map(|row| row.code.tenths) {
+            Some(0..=30 | 330 | 331 | 382..=385) => self.axes_with_words(),
+            None if self.words.has_g(280) || self.words.has_g(300) => self.axes_with_words(),
+            _ => 0,
+        }
+    }
+
+    /// The axes that the block has a word of; X and Y where it has a polar one.
+    pub(crate) fn axes_with_words(&self) -> u16 {
+        let is_polar = self.words.has(b'@') || self.words.has(b'^');
+        let has =
+            |axis: &usize| self.words.has(words::AXIS_LETTERS[*axis]) || is_polar && *axis < 2;
+        (0..9).filter(has).fold(0, |named, axis| named | 1 << axis)
     }
 
     /// The value of a word.

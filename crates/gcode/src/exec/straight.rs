@@ -276,17 +276,18 @@ pub(crate) fn go(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         exec.config.machine_units,
         exec.state.units,
     );
-    let named = |axis: usize| exec.axis_word(axis).is_some();
-    let all = !(0..9).any(named);
+    let named = exec.axes_with_words();
     let mut end = exec.state.machine();
     for axis in 0..9 {
-        if all || named(axis) {
+        if named == 0 || named & (1 << axis) != 0 {
             end[axis] = home[axis];
         }
     }
     let end = exec.state.offsets.to_program(&end);
     exec.check_target(&end)?;
-    exec.emit(CanonicalOp::StraightTraverse(end));
+    // Of all axes those that every machine has: of the others a machine without them knows no word.
+    let named = if named == 0 { 0b111 } else { named };
+    exec.emit_named(CanonicalOp::StraightTraverse(end), named);
     exec.state.current = end;
     Ok(())
 }

@@ -201,6 +201,7 @@ impl Interpreter {
         out.extend(ops.map(|op| SourcedOp {
             op,
             block: BlockRef::default(),
+            named: 0,
         }));
     }
 

@@ -136,6 +136,8 @@ impl Interpreter {
             exec.set_feed(rate, None);
         }
         let state = exec.state;
+        // Nine axes at most; a plain block is absolute.
+        let named = said.axes as u16;
         state.motion = said.code;
         (
             state.current,
@@ -149,6 +151,7 @@ impl Interpreter {
                 span: self.span,
                 call_stack: self.stack_index,
             },
+            named,
         });
         true
     }

@@ -185,4 +185,8 @@ pub struct SourcedOp {
     pub op: CanonicalOp,
     /// Because of which block.
     pub block: BlockRef,
+    /// Axes whose place the block itself says, absolute or by a way home: bit 0 for X to 8 for W. A word that
+    /// leads to where the axis is believed to stand counts, since the machine may stand elsewhere.
+    #[serde(skip)]
+    pub named: u16,
 }

@@ -9,7 +9,7 @@
 use super::Exec;
 use crate::codes::{Code, whole};
 use crate::exec::words::whole_within;
-use crate::ops::{CanonicalOp, Plane, SourcedOp};
+use crate::ops::{Plane, SourcedOp};
 use crate::problem::Problem;
 use crate::state::{Compensation, HeldOp};
 use lostmotion_base::vec::Vec2;
@@ -163,11 +163,7 @@ impl Exec<'_> {
 
     /// Adds an operation to what waits for the held move; true if there is one.
     #[cold]
-    pub(crate) fn hold(&mut self, op: CanonicalOp) {
-        let sourced = SourcedOp {
-            op,
-            block: self.block,
-        };
+    pub(crate) fn hold(&mut self, sourced: SourcedOp) {
         match &mut self.state.compensation {
             Some(compensation)
                 if compensation.last.is_some() && compensation.held.len() < MOST_HELD =>

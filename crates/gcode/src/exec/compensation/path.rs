@@ -224,6 +224,7 @@ impl Compensation {
                     exec.out.push(SourcedOp {
                         op: across,
                         block: exec.block,
+                        named: 0,
                     });
                 } else {
                     self.roll(exec, at, end, along(corner, shift, 1.0));
@@ -234,6 +235,7 @@ impl Compensation {
         set_end(&mut op, plane, along(edge.end, shift, 1.0));
         self.held.push(HeldOp {
             sourced: SourcedOp {
+                named: exec.named(&op),
                 op,
                 block: exec.block,
             },
@@ -301,6 +303,7 @@ impl Compensation {
         exec.out.push(SourcedOp {
             op: CanonicalOp::ArcFeed(arc),
             block: exec.block,
+            named: 0,
         });
     }
 
@@ -318,6 +321,7 @@ impl Compensation {
         );
         self.held.push(HeldOp {
             sourced: SourcedOp {
+                named: exec.named(&op),
                 op,
                 block: exec.block,
             },

@@ -143,7 +143,9 @@ impl Interpreter {
         let end = std::array::from_fn(|axis| if homed(axis) { home[axis] } else { here[axis] });
         let end = exec.state.offsets.to_program(&end);
         exec.check_target(&end)?;
-        exec.emit(CanonicalOp::StraightTraverse(end));
+        let named = (0..9).filter(|axis| homed(*axis));
+        let named = named.fold(0, |named, axis| named | 1 << axis);
+        exec.emit_named(CanonicalOp::StraightTraverse(end), named);
         exec.state.current = end;
         // What is left of the shift is the offset of SET_GCODE_OFFSET.
         let (now, offset) = (exec.state.offsets.g92, convert(&offset, Units::Mm, units));
