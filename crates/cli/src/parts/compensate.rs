@@ -83,6 +83,12 @@ pub(crate) fn run(args: &Compensate, quiet: bool) -> Result<u8, Failure> {
     };
     let answer = rewrite(&program, &machine, &options, &wanted).map_err(|error| match error {
         RewriteError::Sim(error) => failure(&program, &error, voice),
+        RewriteError::Lines(all) => {
+            let lines = all
+                .iter()
+                .map(|error| format!("{}: {error}", program.name()));
+            Failure::message(lines.collect::<Vec<_>>().join("\n"))
+        }
         other => Failure::message(format!("{}: {other}", program.name())),
     })?;
     if answer.refused.is_none() {

@@ -37,6 +37,12 @@ pub fn rewritten(name: &str, answer: &Rewritten, options: &TextOptions) -> Strin
         answer.within_cuts,
         count(answer.arcs_split, "arc")
     ));
+    if answer.sides_unknown > 0 {
+        out.push_str(&format!(
+            "{} from a side that is not known: before, the tool was nowhere known to be above all cuts\n",
+            count(answer.sides_unknown, "first cut")
+        ));
+    }
     if answer.normal_um > 0.0 {
         out.push_str(&format!(
             "and by up to {} um along the normal, against what friction and servo leave\n",
@@ -63,13 +69,29 @@ pub fn rewritten(name: &str, answer: &Rewritten, options: &TextOptions) -> Strin
     row("original".to_owned(), &answer.before);
     row("rewritten".to_owned(), &answer.after);
     for end in &answer.uncertain {
-        let gap = percent(end.factor);
+        let [x, y, z] = end.factors.map(percent);
+        let gap = if x == y && y == z {
+            x
+        } else {
+            format!("X {x} Y {y} Z {z}")
+        };
         row(format!("true gaps {gap}, original"), &end.before);
         row(format!("true gaps {gap}, rewritten"), &end.after);
     }
     out.push_str(&options.table(&table));
     if !answer.is_uncertainty_told {
-        out.push_str("how well the gaps are known is not told (`compensation.gap_uncertainty`, or --gap-uncertainty PERCENT): 30 % are taken\n");
+        let is_of_all = answer.uncertain.iter().all(|end| {
+            let [x, y, z] = end.factors;
+            x == y && y == z
+        });
+        let of_axes = if is_of_all {
+            String::new()
+        } else {
+            format!(" of {}", answer.untold.join(", "))
+        };
+        out.push_str(&format!(
+            "how well the gaps{of_axes} are known is not told (`compensation.gap_uncertainty`, or --gap-uncertainty PERCENT): 30 % are taken\n"
+        ));
     }
     out
 }

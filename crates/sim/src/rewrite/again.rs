@@ -1,6 +1,7 @@
 //! The new text read again: its end points are held against those meant, and what it is refused for
 //! is told by the line of the original.
 
+use super::text::refuse;
 use super::{Original, ROUNDING_MM, RewriteError, STILL_MM, Text};
 use crate::error::SimError;
 use crate::machine::Machine;
@@ -39,9 +40,14 @@ pub(super) fn read_again(
         if off <= ROUNDING_MM {
             return Ok(());
         }
-        Err(RewriteError::Machine(format!(
+        let error = format!(
             "line {line} of the new program does not lead where it is meant to: nothing is written; please report this program"
-        )))
+        );
+        let index = text.steps.get(line - 1).copied().flatten();
+        Err(match index.and_then(|index| steps.get(index)) {
+            Some(step) => refuse(step.line, error),
+            None => RewriteError::Machine(error),
+        })
     };
     // Where the last move of the present line ends.
     let mut last: Option<(usize, [f64; 3])> = None;

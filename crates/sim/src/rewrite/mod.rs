@@ -7,6 +7,7 @@
 //!
 //! ```text
 //! lines     the program as lines; what cannot be moved is refused by its line      (text.rs)
+//! refusals  all that is refused, in one run                                        (refusals.rs)
 //! pieces    moves of the front end, cut at reversals, with the directions on them     (pieces.rs)
 //! writer    end points moved, take-ups put in: as rapids where nothing is cut          (writer.rs)
 //! again     the new text read again: its end points against those meant                 (again.rs)
@@ -21,6 +22,7 @@ mod again;
 mod judge;
 mod normal;
 mod pieces;
+mod refusals;
 pub mod results;
 mod text;
 mod writer;
@@ -36,9 +38,10 @@ use judge::{Judged, judge, no_help};
 use lostmotion_base::AxisId;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_gcode::Dialect;
-use lostmotion_methods::USUAL_SHARE;
+use lostmotion_methods::{AxisConfig, USUAL_SHARE};
 use normal::{Normals, Off, Shifts};
-use pieces::{Original, Stretch, original_lines, steps, stretches};
+use pieces::{Original, Stretch, original_lines, refuse_in_place, steps, stretches};
+use refusals::Refusals;
 use results::{LeavesWith, Rewritten};
 use text::{TextLines, lines};
 use writer::new_text;
@@ -97,6 +100,9 @@ pub enum RewriteError {
         /// What it is.
         what: String,
     },
+    /// Several lines are not rewritten, in their order.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Lines(Vec<RewriteError>),
     /// The machine does not fit.
     #[error("{0}")]
     Machine(String),
@@ -177,17 +183,26 @@ pub fn rewrite(
         name: program.name().to_owned(),
         source,
     })?;
-    let lines = lines(&source, &interpreter_config(machine, options))?;
-    let placed = |error| lines.placed(error);
-    let steps = steps(program, machine, options, &lines.all, wanted.max_moves).map_err(placed)?;
-    let pieces = steps.iter().map(stretches);
-    let pieces: Vec<Vec<Stretch>> = pieces.collect::<Result<_, _>>().map_err(placed)?;
+    let mut refusals = Refusals::default();
+    let lines = lines(
+        &source,
+        &interpreter_config(machine, options),
+        &mut refusals,
+    )?;
+    let (steps, pieces) = moves(
+        program,
+        machine,
+        options,
+        &lines,
+        wanted.max_moves,
+        refusals,
+    )?;
     let dialect = options.dialect.unwrap_or(machine.dialect());
-    let shares = machine.axes().iter().map(|axis| {
+    let all_told = machine.axes().iter().map(|axis| {
         let share = uncertainty(&axis.config, wanted.gap_uncertainty);
         (share, axis.id)
     });
-    let told = shares.fold(
+    let told = all_told.fold(
         (0.0, AxisId::X),
         |most, own| {
             if own.0 > most.0 { own } else { most }
@@ -205,6 +220,8 @@ pub fn rewrite(
         half,
         wanted_of_gap: wanted.gap_uncertainty,
         told,
+        shares: shares(machine, wanted.gap_uncertainty),
+        untold: untold(machine, wanted.gap_uncertainty),
         least: (told.0 > 0.0).then(|| {
             machine.map_axes(|config| {
                 let share = uncertainty(config, wanted.gap_uncertainty);
@@ -252,6 +269,36 @@ pub fn rewrite(
     work.verdict(&before, plain)
 }
 
+/// The moves of a program and their pieces.
+///
+/// # Errors
+/// All lines that are not rewritten, with those that are refused already.
+fn moves(
+    program: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    lines: &TextLines,
+    max_moves: usize,
+    mut refusals: Refusals,
+) -> Result<(Vec<Original>, Vec<Vec<Stretch>>), RewriteError> {
+    let steps = match steps(program, machine, options, lines, max_moves, &mut refusals) {
+        Ok(steps) => steps,
+        // What follows from a refused line is not told besides.
+        Err(error) => return Err(refusals.told().unwrap_or_else(|| lines.placed(error))),
+    };
+    let pieces: Vec<Vec<Stretch>> = steps
+        .iter()
+        .map(|step| {
+            stretches(step).unwrap_or_else(|error| {
+                refusals.add(lines.placed(error));
+                Vec::new()
+            })
+        })
+        .collect();
+    refuse_in_place(lines, &steps, &pieces, &mut refusals);
+    refusals.told().map_or(Ok((steps, pieces)), Err)
+}
+
 /// What a program is rewritten from.
 struct Work<'a> {
     program: &'a Program,
@@ -268,6 +315,10 @@ struct Work<'a> {
     wanted_of_gap: Option<f64>,
     /// How far off a gap may be at most, as a part of it, and of which axis; 0 where nobody tells.
     told: (f64, AxisId),
+    /// How far off the gaps of X, Y and Z may be in the runs at both ends, as a part of them.
+    shares: [f64; 3],
+    /// Axes with a gap of which nobody says how far off it may be.
+    untold: Vec<String>,
     /// The machine with the least gaps that it may have, where that is told.
     least: Option<Machine>,
 }
@@ -320,8 +371,7 @@ impl Work<'_> {
                 })
             }),
         };
-        let text = new_text(&self.lines, &moves, self.dialect, &mut answer)
-            .map_err(|error| self.lines.placed(error))?;
+        let text = new_text(&self.lines, &moves, self.dialect, &mut answer);
         answer.text = String::from_utf8_lossy(&text.text).into_owned();
         answer.bytes.clone_from(&text.text);
         let new = Program::from_bytes(self.program.name(), text.text.as_slice());
@@ -364,7 +414,8 @@ impl Work<'_> {
             return Ok(answer);
         }
         let (told, of_axis) = self.told;
-        answer.is_uncertainty_told = told > 0.0;
+        answer.untold.clone_from(&self.untold);
+        answer.is_uncertainty_told = self.untold.is_empty();
         let unknown = (told > WIDEST).then(|| {
             format!(
                 "it does not help enough: a gap that may be off by {:.0} % (that of {of_axis}) is as good as unknown, and so little of it is taken up; measure it",
@@ -372,19 +423,18 @@ impl Work<'_> {
             )
         });
         answer.refused = unknown.or_else(|| no_help(before, &after, &self.steps, ""));
-        let usual = (told == 0.0).then_some(USUAL_SHARE);
         for sign in [-1.0, 1.0] {
-            let factor = 1.0 + sign * usual.unwrap_or(told);
+            // Gaps that the user knows to the last micrometre have no ends.
+            if self.shares.iter().all(|share| *share == 0.0) {
+                break;
+            }
+            let factors = self.shares.map(|share| 1.0 + sign * share);
             let end = machine.map_axes(|config| {
-                let own = usual.unwrap_or_else(|| uncertainty(config, self.wanted_of_gap));
-                with_gap_times(config, 1.0 + sign * own)
+                with_gap_times(config, 1.0 + sign * share_of(config, self.wanted_of_gap))
             });
             let before = self.judged_original(&end)?;
             let after = judge(&new, &end, options, &self.steps, &of_lines, None)?;
-            let when = format!(
-                " where the true gaps are {:.0} % of those described",
-                100.0 * factor
-            );
+            let when = when(&factors);
             let stops = after
                 .stop
                 .as_ref()
@@ -392,12 +442,54 @@ impl Work<'_> {
             let refused = stops.or_else(|| no_help(&before, &after, &self.steps, &when));
             answer.refused = answer.refused.or(refused);
             answer.uncertain.push(LeavesWith {
-                factor,
+                factor: 1.0 + sign * self.shares.into_iter().fold(0.0, f64::max),
+                factors,
                 before: before.leaves,
                 after: after.leaves,
             });
         }
         Ok(answer)
+    }
+}
+
+/// How far off the gap of an axis may be in the runs at both ends, as a part of it: as told, the usual where
+/// nobody says.
+fn share_of(config: &AxisConfig, wanted: Option<f64>) -> f64 {
+    match uncertainty(config, wanted) {
+        0.0 if wanted.is_none() => USUAL_SHARE,
+        share => share,
+    }
+}
+
+/// The same of X, Y and Z; an axis without a gap has that of the widest, to be one figure with it.
+fn shares(machine: &Machine, wanted: Option<f64>) -> [f64; 3] {
+    let own = AXES.map(|id| {
+        let axis = machine.axis(id);
+        let axis = axis.filter(|axis| axis.config.reflected_load().gap_rad > 0.0)?;
+        Some(share_of(&axis.config, wanted))
+    });
+    let widest = own.into_iter().flatten().fold(0.0, f64::max);
+    own.map(|share| share.unwrap_or(widest))
+}
+
+/// Axes with a gap of which nobody says how far off it may be.
+fn untold(machine: &Machine, wanted: Option<f64>) -> Vec<String> {
+    let axes = machine.axes().iter().filter(|axis| {
+        let config = &axis.config;
+        config.reflected_load().gap_rad > 0.0
+            && wanted.is_none()
+            && uncertainty(config, wanted) == 0.0
+    });
+    axes.map(|axis| axis.id.to_string()).collect()
+}
+
+/// Where the true gaps are these parts of those described: one figure where all have the same.
+fn when(factors: &[f64; 3]) -> String {
+    let [x, y, z] = factors.map(|factor| format!("{:.0} %", 100.0 * factor));
+    if x == y && y == z {
+        format!(" where the true gaps are {x} of those described")
+    } else {
+        format!(" where the true gaps are {x} in X, {y} in Y and {z} in Z of those described")
     }
 }
 

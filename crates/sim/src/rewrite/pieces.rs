@@ -1,6 +1,7 @@
 //! The moves of a program, each on a line of its own, cut where one of their axes reverses.
 
-use super::text::{LETTERS, Line, WRITE, refuse};
+use super::refusals::Refusals;
+use super::text::{LETTERS, Line, TextLines, WRITE, refuse};
 use super::{RewriteError, STILL_MM};
 use crate::machine::Machine;
 use crate::motion::{ProgrammedMove, reversals};
@@ -22,6 +23,8 @@ pub(super) struct Original {
     pub(super) rapid: bool,
     /// Machine less program coordinates, mm.
     pub(super) shift: [f64; 3],
+    /// Z of the curve less that of the tool's tip, mm.
+    pub(super) tool_z_mm: f64,
 }
 
 /// Part of a move on which no axis reverses.
@@ -34,13 +37,18 @@ pub(super) struct Stretch {
     pub(super) direction: [f64; 3],
 }
 
-/// The moves of the program, each on a line of its own.
+/// The moves of the program, each on a line of its own. What is refused is told in `refusals`, and left
+/// out.
+///
+/// # Errors
+/// The program cannot be run, calls another file, or has too many moves.
 pub(super) fn steps(
     program: &Program,
     machine: &Machine,
     options: &SimulateOptions,
-    lines: &[Line],
+    lines: &TextLines,
     max_moves: usize,
+    refusals: &mut Refusals,
 ) -> Result<Vec<Original>, RewriteError> {
     let mut steps: Vec<Original> = Vec::new();
     let curves = Simulation::new(program, machine)
@@ -50,9 +58,8 @@ pub(super) fn steps(
         let item: ProgrammedMove = item?;
         let block = item.motion.block;
         let line = block.span.line as usize;
-        let rapid = item.is_rapid();
         // What an extruder does alone is no way.
-        if item.motion.curve.length() <= STILL_MM && !lines_way(lines, line) {
+        if item.motion.curve.length() <= STILL_MM && !lines_way(&lines.all, line) {
             continue;
         }
         if steps.len() >= max_moves {
@@ -66,71 +73,81 @@ pub(super) fn steps(
                 "line {line} of a file that the program calls: moves of subroutines are not rewritten: {WRITE}"
             )));
         }
-        if block.call_stack != 0 {
-            return Err(refuse(
-                line,
-                format!("moves of subroutines are not rewritten: {WRITE}"),
-            ));
+        match step(item, &lines.all, steps.last()) {
+            Ok(step) => steps.push(step),
+            Err(error) => refusals.add(lines.placed(error)),
         }
-        let Some(text) = line.checked_sub(1).and_then(|index| lines.get(index)) else {
-            return Err(refuse(line, "the move stands on no line"));
-        };
-        let odd = text.is_not_plain();
-        if let Some(odd) = odd.clone().filter(|_| !rapid) {
-            return Err(odd.on(line));
-        }
-        if let Some(last) = steps.last()
-            && last.line >= line
-            && !(rapid && last.rapid && last.line == line && odd.is_some())
-        {
-            return Err(refuse(
-                line,
-                format!(
-                    "the line moves more than once: loops, calls and cycles are not rewritten; {WRITE}"
-                ),
-            ));
-        }
-        let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
-        let others = AxisId::ALL.iter().filter(|axis| axis.index() >= 3);
-        if !rapid
-            && others
-                .clone()
-                .any(|axis| (start[*axis] - end[*axis]).abs() > STILL_MM)
-        {
-            return Err(refuse(
-                line,
-                "cuts that move other axes than X, Y and Z are not rewritten",
-            ));
-        }
-        if matches!(item.motion.curve, Curve::Quintic(_)) {
-            return Err(refuse(
-                line,
-                "splines are not rewritten: write them as short lines",
-            ));
-        }
-        // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
-        // the joints.
-        let mut shift = [0.0; 3];
-        for (axis, shift) in shift.iter_mut().enumerate() {
-            let length = if item.is_tip {
-                0.0
-            } else {
-                item.motion.tool_mm[axis]
-            };
-            let usual = item.origin_mm[axis] + length;
-            let word = text
-                .value(LETTERS[axis])
-                .filter(|_| text.is_not_plain().is_none());
-            *shift = word.map_or(usual, |value| end.0[axis] - value * text.mm);
-        }
-        steps.push(Original {
-            curve: item.motion.curve,
-            line,
-            rapid,
-            shift,
-        });
     }
     Ok(steps)
+}
+
+/// One move, behind the last one, if it can be rewritten.
+fn step(
+    item: ProgrammedMove,
+    lines: &[Line],
+    last: Option<&Original>,
+) -> Result<Original, RewriteError> {
+    let block = item.motion.block;
+    let line = block.span.line as usize;
+    let rapid = item.is_rapid();
+    if block.call_stack != 0 {
+        return Err(refuse(
+            line,
+            format!("moves of subroutines are not rewritten: {WRITE}"),
+        ));
+    }
+    let Some(text) = line.checked_sub(1).and_then(|index| lines.get(index)) else {
+        return Err(refuse(line, "the move stands on no line"));
+    };
+    let odd = text.is_not_plain();
+    if let Some(odd) = odd.clone().filter(|_| !rapid) {
+        return Err(odd.on(line));
+    }
+    if let Some(last) = last
+        && last.line >= line
+        && !(rapid && last.rapid && last.line == line && odd.is_some())
+    {
+        return Err(refuse(
+            line,
+            format!(
+                "the line moves more than once: loops, calls and cycles are not rewritten; {WRITE}"
+            ),
+        ));
+    }
+    let (start, end) = (item.motion.curve.start(), item.motion.curve.end());
+    let mut others = AxisId::ALL.iter().filter(|axis| axis.index() >= 3);
+    if !rapid && others.any(|axis| (start[*axis] - end[*axis]).abs() > STILL_MM) {
+        return Err(refuse(
+            line,
+            "cuts that move other axes than X, Y and Z are not rewritten",
+        ));
+    }
+    if matches!(item.motion.curve, Curve::Quintic(_)) {
+        return Err(refuse(
+            line,
+            "splines are not rewritten: write them as short lines",
+        ));
+    }
+    // The word tells it best; the origin where there is none, and the tool's length where the curve is that of
+    // the joints.
+    let length = if item.is_tip {
+        [0.0; 3]
+    } else {
+        std::array::from_fn(|axis| item.motion.tool_mm[axis])
+    };
+    let shift = std::array::from_fn(|axis| {
+        let word = text.value(LETTERS[axis]).filter(|_| odd.is_none());
+        word.map_or(item.origin_mm[axis] + length[axis], |value| {
+            end.0[axis] - value * text.mm
+        })
+    });
+    Ok(Original {
+        curve: item.motion.curve,
+        line,
+        rapid,
+        shift,
+        tool_z_mm: length[2],
+    })
 }
 
 /// Whether a line has a word of an axis.
@@ -168,6 +185,27 @@ pub(super) fn stretches(step: &Original) -> Result<Vec<Stretch>, RewriteError> {
             }
         })
         .collect())
+}
+
+/// Refuses what is not rewritten because of the moves around it.
+pub(super) fn refuse_in_place(
+    lines: &TextLines,
+    steps: &[Original],
+    pieces: &[Vec<Stretch>],
+    refusals: &mut Refusals,
+) {
+    for (step, pieces) in steps.iter().zip(pieces) {
+        let line = lines.all.get(step.line - 1).filter(|_| pieces.len() > 1);
+        if let Some(odd) = line.and_then(Line::keeps_its_move_whole) {
+            refusals.add(lines.placed(odd.on(step.line)));
+        }
+    }
+    let first = steps.first().map_or(usize::MAX, |step| step.line);
+    for (index, line) in lines.all.iter().enumerate().skip(first) {
+        if let Some(odd) = line.takes_the_place() {
+            refusals.add(lines.placed(odd.on(index + 1)));
+        }
+    }
 }
 
 /// Which original move each line of the original is on.

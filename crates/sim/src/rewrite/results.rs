@@ -20,8 +20,10 @@ pub struct Leaves {
 #[serde(default)]
 #[non_exhaustive]
 pub struct LeavesWith {
-    /// True gaps over those of the machine description.
+    /// True gaps over those of the machine description: of the axis whose gap is known least.
     pub factor: f64,
+    /// The same of each of X, Y and Z.
+    pub factors: [f64; 3],
     /// The original program.
     pub before: Leaves,
     /// The new one.
@@ -58,8 +60,10 @@ pub struct Rewritten {
     pub after: Leaves,
     /// Both with the gaps smaller and larger than described.
     pub uncertain: Vec<LeavesWith>,
-    /// Whether the machine description says how well the gaps are known; else 30 % are taken.
+    /// Whether the machine description or the user says of all axes how well their gaps are known.
     pub is_uncertainty_told: bool,
+    /// Axes with a gap of which nobody says it: 30 % are taken.
+    pub untold: Vec<String>,
     /// Duration of the original, s.
     pub time_before_s: f64,
     /// Duration of the new program, s.
@@ -68,6 +72,9 @@ pub struct Rewritten {
     pub in_the_air: u64,
     /// Gaps that are taken up within a cut, where the tool stands on the contour.
     pub within_cuts: u64,
+    /// Axes that begin their first cut, or the first behind a change of the tool, from a side that is not known:
+    /// nowhere before could they go beyond their place safely.
+    pub sides_unknown: u64,
     /// Arcs that are cut at their reversals.
     pub arcs_split: u64,
     /// Why the new program must not be used, if there is a reason; nothing is written then.

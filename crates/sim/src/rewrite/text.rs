@@ -1,6 +1,7 @@
 //! Lines of a program: what they say, and their words with other values.
 
 use super::RewriteError;
+use super::refusals::Refusals;
 use lostmotion_gcode::codes::{Group, find};
 use lostmotion_gcode::syntax::{
     Block, CORNER_CHAMFER, CORNER_RADIUS, Keyword, Text, Value, Word, line_checksum,
@@ -136,8 +137,12 @@ impl Odd {
 /// cannot be read is left to the front end, which knows whether the program comes there.
 ///
 /// # Errors
-/// A line that switches to what is not rewritten, or that marks a program which was rewritten before.
-pub(super) fn lines(bytes: &[u8], config: &InterpreterConfig) -> Result<TextLines, RewriteError> {
+/// A program that was rewritten before. Lines that switch to what is not rewritten are told in `refusals`.
+pub(super) fn lines(
+    bytes: &[u8],
+    config: &InterpreterConfig,
+    refusals: &mut Refusals,
+) -> Result<TextLines, RewriteError> {
     let (mark, bytes) = match bytes.strip_prefix(BOM) {
         Some(rest) => (BOM, rest),
         None => (&b""[..], bytes),
@@ -162,9 +167,13 @@ pub(super) fn lines(bytes: &[u8], config: &InterpreterConfig) -> Result<TextLine
         if parsed.fault.is_some() {
             line.block.clear();
         }
-        modes
-            .take(&line)
-            .map_err(|odd| odd.on(parsed.place.line as usize))?;
+        let number = parsed.place.line as usize;
+        if let Some(odd) = line.is_of_a_rewritten_program() {
+            return Err(odd.on(number));
+        }
+        if let Err(odd) = modes.take(&line) {
+            refusals.add(odd.on(number));
+        }
         (line.mm, line.feed) = (modes.mm, modes.feed.clone());
         all.push(line);
     }
@@ -203,16 +212,12 @@ impl InForce {
     /// Goes over a line.
     fn take(&mut self, line: &Line) -> Result<(), Odd> {
         let block = &line.block;
-        if let Some((place, comment)) = line.comment()
-            && comment.contains(MARK)
-        {
-            return Err(Odd::new(
-                place,
-                "the program has been rewritten already, and would compensate twice: rewrite the original program instead",
-            ));
-        }
         if self.has_ended {
             return Ok(());
+        }
+        if let Some(odd) = line.is_decided_on_the_control() {
+            self.jumps |= block.flow.is_some();
+            return Err(odd);
         }
         for (code, place) in codes(block, b'G') {
             if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == code) {
@@ -289,6 +294,47 @@ impl Line {
         self.text.get(from..to)
     }
 
+    /// Whether it marks a program that was rewritten before.
+    fn is_of_a_rewritten_program(&self) -> Option<Odd> {
+        let (place, _) = self
+            .comment()
+            .filter(|(_, comment)| comment.contains(MARK))?;
+        Some(Odd::new(
+            place,
+            "the program has been rewritten already, and would compensate twice: rewrite the original program instead",
+        ))
+    }
+
+    /// Why only the control knows whether what follows is done, if so: take-ups are those of one way.
+    fn is_decided_on_the_control(&self) -> Option<Odd> {
+        let block = &self.block;
+        let is_open = |value: &Value| !matches!(value, Value::Number(_));
+        let asks = match block.flow.as_ref().map(|(_, keyword)| keyword) {
+            Some(Keyword::If | Keyword::ElseIf | Keyword::While | Keyword::Then) => true,
+            Some(Keyword::Repeat | Keyword::Goto) => block.arguments.iter().any(is_open),
+            _ => false,
+        };
+        if asks {
+            let what = "what the control decides (IF, WHILE, GOTO, a count of REPEAT) may go another way there than here, with other reversals: put each way into a program of its own; `lostmotion gcode write` writes the one that is taken with the values of the program";
+            return Some(Odd::new(block.flow_text, what));
+        }
+        let sets = codes(block, b'G').any(|(code, _)| code != 4.0);
+        (block.deletable && (sets || self.has_way())).then(|| self.may_be_skipped())
+    }
+
+    /// Why a block with `/` is refused.
+    fn may_be_skipped(&self) -> Odd {
+        let start = self.text.iter().position(|byte| *byte == b'/');
+        let place = start.map(|start| Text {
+            start: start as u32,
+            len: 1,
+        });
+        let what = format!(
+            "a block that may be skipped (/) is not rewritten: take the / or the block out, or {WRITE}"
+        );
+        Odd { place, what }
+    }
+
     /// Why its end point cannot be moved, if it cannot.
     pub(super) fn is_not_plain(&self) -> Option<Odd> {
         let block = &self.block;
@@ -301,15 +347,7 @@ impl Line {
             return Some(Odd::new(setting.text, what));
         }
         if block.deletable {
-            let start = self.text.iter().position(|byte| *byte == b'/');
-            let place = start.map(|start| Text {
-                start: start as u32,
-                len: 1,
-            });
-            let what = format!(
-                "a block that may be skipped (/) is not rewritten: take the / or the block out, or {WRITE}"
-            );
-            return Some(Odd { place, what });
+            return Some(self.may_be_skipped());
         }
         let is_expression = |word: &&Word| !matches!(word.value, Value::Number(_));
         if let Some(word) = block.words.iter().find(is_expression) {
@@ -357,6 +395,18 @@ impl Line {
     pub(super) fn has_way(&self) -> bool {
         let mut words = self.block.words.iter();
         words.any(|word| WAYS.contains(&word.letter))
+    }
+
+    /// Whether it goes to a home of the machine.
+    pub(super) fn goes_home(&self) -> bool {
+        codes(&self.block, b'G').any(|(code, _)| code == 28.0 || code == 30.0)
+    }
+
+    /// Whether it sends an axis somewhere: its home has all axes that it names, or all.
+    pub(super) fn sends(&self, axis: usize) -> bool {
+        let words = &self.block.words;
+        let names = |letter: u8| words.iter().any(|word| word.letter == letter);
+        names(LETTERS[axis]) || self.goes_home() && !b"XYZABCUVW".iter().any(|axis| names(*axis))
     }
 
     /// Whether it changes the tool.

@@ -2,7 +2,7 @@
 
 use super::results::Rewritten;
 use super::text::{LETTERS, Line, MARK, TextLines};
-use super::{Moves, Original, ROUNDING_MM, RewriteError, STILL_MM, Stretch, Text};
+use super::{Moves, Original, ROUNDING_MM, STILL_MM, Stretch, Text};
 use lostmotion_gcode::Dialect;
 use lostmotion_path::{Arc, Curve};
 
@@ -15,24 +15,62 @@ const DECIMALS: [usize; 2] = [4, 5];
 /// beyond this the chord is too short to go by.
 const MOST_EVENED_MM: f64 = 0.1;
 
-/// How far behind its first place an axis is brought before it goes there, mm, and in half gaps at least.
+/// How far beyond its first place an axis is brought before it goes there, mm, and in half gaps at least.
 /// Choices: more than gap and wind-up, and little beside the distance that rapids keep.
 const APPROACH_MM: f64 = 0.5;
 const APPROACH_HALVES: f64 = 8.0;
 
-/// The direction in which each axis moves first in a cut: it is brought to its first place in the same
-/// one. Down for Z where no cut tells.
+/// The direction in which X and Y move first in a cut: they are brought to their first place in the same
+/// one. Z always comes from above.
 fn first_directions(moves: &Moves<'_>) -> [f64; 3] {
-    let of_axis = |axis: usize, otherwise: f64| {
+    let of_axis = |axis: usize| {
         let all = moves.steps.iter().zip(moves.pieces);
         let cuts = all.filter(|(step, _)| !step.rapid);
         let mut directions = cuts
             .flat_map(|(_, own)| own)
             .map(|piece| piece.direction[axis]);
-        directions.find(|way| *way != 0.0).unwrap_or(otherwise)
+        directions.find(|way| *way != 0.0).unwrap_or(1.0)
     };
-    [of_axis(0, 1.0), of_axis(1, 1.0), of_axis(2, -1.0)]
+    [of_axis(0), of_axis(1), -1.0]
 }
+
+/// How high the program cuts, machine coordinates of the tool, mm.
+#[derive(Clone, Copy, Debug)]
+struct Heights {
+    /// Highest place of all cuts, with plunges and retracts.
+    cuts: f64,
+    /// Highest place of those that move X or Y.
+    across: f64,
+}
+
+impl Heights {
+    fn of(moves: &Moves<'_>) -> Heights {
+        let mut heights = Heights {
+            cuts: f64::NEG_INFINITY,
+            across: f64::NEG_INFINITY,
+        };
+        let all = moves.steps.iter().zip(moves.pieces);
+        for (step, pieces) in all.filter(|(step, _)| !step.rapid) {
+            for piece in pieces {
+                let top = piece.start[2].max(piece.end[2]) - step.tool_z_mm;
+                heights.cuts = heights.cuts.max(top);
+                if piece.direction[0] != 0.0 || piece.direction[1] != 0.0 {
+                    heights.across = heights.across.max(top);
+                }
+            }
+        }
+        heights
+    }
+
+    /// Whether the tool may go a little beyond its place in X and Y at a height: it is as high as all cuts,
+    /// and clear of those that go across.
+    fn are_below(&self, height: f64) -> bool {
+        height >= self.cuts && height > self.across + STILL_MM
+    }
+}
+
+/// What the header counts.
+const COUNTED: &str = "first cuts are from a side that is not known";
 
 /// Writes the new program.
 pub(super) fn new_text(
@@ -40,7 +78,7 @@ pub(super) fn new_text(
     moves: &Moves<'_>,
     dialect: Dialect,
     answer: &mut Rewritten,
-) -> Result<Text, RewriteError> {
+) -> Text {
     let steps = moves.steps;
     let mut writer = NewProgram {
         out: Text {
@@ -57,7 +95,11 @@ pub(super) fn new_text(
         half: moves.half,
         travel: moves.travel,
         ahead: first_directions(moves),
+        heights: Heights::of(moves),
         is_known: moves.half.map(|half| half == 0.0),
+        is_placed: [false; 3],
+        is_plain: [true; 3],
+        count_at: 0,
         side: [0.0; 3],
         commanded: None,
         commanded_side: [0.0; 3],
@@ -74,20 +116,25 @@ pub(super) fn new_text(
         while steps.get(next).is_some_and(|step| step.line == index + 1) {
             next += 1;
         }
-        if let Some(odd) = line
-            .takes_the_place()
-            .filter(|_| writer.commanded.is_some())
-        {
-            return Err(odd.on(index + 1));
-        }
         // Where a change leaves the axes is the control's affair.
         if line.changes_the_tool() {
             writer.is_known = moves.half.map(|half| half == 0.0);
+            writer.is_placed = [false; 3];
         }
         let first = piece;
         piece += moves.pieces[from..next].iter().map(Vec::len).sum::<usize>();
         match steps.get(from..next).unwrap_or_default() {
-            [] => writer.line(&line.text, None),
+            [] => {
+                writer.line(&line.text, None);
+                // From half a gap aside to a home where the original stands already.
+                let before = from.checked_sub(1).and_then(|index| steps.get(index));
+                let place = before
+                    .map(|step| step.curve.end())
+                    .or_else(|| steps.get(from).map(|step| step.curve.start()));
+                if let Some(place) = place.filter(|_| line.goes_home()) {
+                    writer.leave(line, [place.linear(); 2]);
+                }
+            }
             [step] if line.is_not_plain().is_none() => {
                 let pieces: Vec<MovedPiece> = moves.pieces[from]
                     .iter()
@@ -98,23 +145,25 @@ pub(super) fn new_text(
                         center: moves.shifts.center(first + number),
                     })
                     .collect();
-                writer.step(line, step, from, &pieces, answer)?;
+                writer.step(line, step, from, &pieces, answer);
             }
             // Rapids that are left as they are: to a place of the machine.
             others => {
                 writer.line(&line.text, Some(from));
                 for step in others {
-                    writer.leave(step);
+                    let ends = [step.curve.start(), step.curve.end()];
+                    writer.leave(line, ends.map(|place| place.linear()));
                 }
             }
         }
     }
+    writer.tell_count(answer.sides_unknown);
     // As the last line of the original ends.
     if lines.all.last().is_some_and(|line| line.end.is_empty()) {
         let cut = writer.out.text.len().saturating_sub(writer.end.len());
         writer.out.text.truncate(cut);
     }
-    Ok(writer.out)
+    writer.out
 }
 
 /// A piece of a move, with the displacements of its start and end besides half a gap, mm.
@@ -151,9 +200,17 @@ struct NewProgram {
     travel: [[f64; 2]; 3],
     /// The direction in which each axis is brought to its first place.
     ahead: [f64; 3],
+    heights: Heights,
     /// Whether an axis' flank is known: not before it has gone somewhere from a place that is, since
     /// nobody knows where the machine stands when the program begins, and behind a change of the tool.
     is_known: [bool; 3],
+    /// Whether the program has sent an axis somewhere since then.
+    is_placed: [bool; 3],
+    /// Whether an axis stands where the original has it, without half a gap: at a place of the machine, or
+    /// where its flank is not known. It stays there until it moves.
+    is_plain: [bool; 3],
+    /// Where the header has how many flanks are not known, in bytes.
+    count_at: usize,
     /// The direction in which each axis went last; 0 before its first.
     side: [f64; 3],
     /// Where the machine was sent last, machine coordinates, mm.
@@ -173,7 +230,14 @@ impl NewProgram {
     /// The machine was sent there.
     fn sent(&mut self, at: [f64; 3]) {
         self.commanded = Some(at);
-        self.commanded_side = self.side;
+        // Without half a gap an axis is on neither side.
+        self.commanded_side = std::array::from_fn(|axis| {
+            if self.is_plain[axis] {
+                0.0
+            } else {
+                self.side[axis]
+            }
+        });
     }
 
     fn remark(&self, text: &str) -> String {
@@ -197,28 +261,40 @@ impl NewProgram {
         let texts = [
             format!("{program} {MARK} {} for machine {machine}", env!("CARGO_PKG_VERSION")),
             format!("for a control WITHOUT backlash compensation; half gaps in mm: X {x} Y {y} Z {z}"),
-            "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap".to_owned(),
-            format!("each axis is brought to its first place from a known side, by rapids that begin {:.4} mm behind it", self.approach_mm()),
+            "end points are moved by half the gap towards the way of each axis; lines with the mark backlash are new: they take up a gap, or are the further pieces of an arc".to_owned(),
+            format!("each axis is brought to its first place from a known side, by rapids that begin {:.4} mm beyond it: Z from above, X and Y where the tool is above all cuts, {COUNTED}", self.approach_mm()),
             "do not run it where the control compensates, nor after a repair of screws or bearings".to_owned(),
         ];
         for text in texts.into_iter().chain(normal) {
             let text = self.remark(&text);
+            if let Some(at) = text.find(COUNTED) {
+                self.count_at = self.out.text.len() + at;
+            }
             self.line(text.as_bytes(), None);
         }
     }
 
-    /// A rapid that stays as it is: axes that it does not move stay where they were sent.
-    fn leave(&mut self, step: &Original) {
-        let [start, end] = [step.curve.start(), step.curve.end()].map(|place| place.linear());
+    /// Says in the header how many flanks are not known.
+    fn tell_count(&mut self, count: u64) {
+        if self.count_at > 0 {
+            let at = self.count_at;
+            self.out.text.splice(at..at, format!("{count} ").bytes());
+        }
+    }
+
+    /// A rapid that stays as it is: axes that its line does not name stay where they were sent.
+    fn leave(&mut self, line: &Line, [start, end]: [[f64; 3]; 2]) {
         let from = self.commanded.unwrap_or(start);
-        let at = std::array::from_fn(|axis| {
-            let way: f64 = end[axis] - start[axis];
-            if way.abs() <= STILL_MM {
-                return from[axis];
+        let mut at = from;
+        for axis in (0..3).filter(|axis| line.sends(*axis)) {
+            at[axis] = end[axis];
+            let way: f64 = at[axis] - from[axis];
+            if way.abs() > STILL_MM {
+                self.side[axis] = way.signum();
             }
-            self.side[axis] = way.signum();
-            end[axis]
-        });
+            self.is_known[axis] |= self.is_placed[axis] && way.abs() >= self.approach_mm();
+            (self.is_placed[axis], self.is_plain[axis]) = (true, true);
+        }
         self.out.ends.push((self.out.steps.len(), at));
         self.sent(at);
         self.was_rapid = true;
@@ -232,13 +308,8 @@ impl NewProgram {
         index: usize,
         pieces: &[MovedPiece],
         answer: &mut Rewritten,
-    ) -> Result<(), RewriteError> {
-        if pieces.len() > 1 {
-            answer.arcs_split += 1;
-            if let Some(odd) = line.keeps_its_move_whole() {
-                return Err(odd.on(step.line));
-            }
-        }
+    ) {
+        answer.arcs_split += u64::from(pieces.len() > 1);
         for (number, piece) in pieces.iter().enumerate() {
             let MovedPiece {
                 stretch,
@@ -250,19 +321,32 @@ impl NewProgram {
                     *side = direction;
                 }
             }
-            let behind = self.behind(line, step, stretch);
+            let behind = if step.rapid {
+                self.behind(line, step, stretch)
+            } else {
+                self.cut_from(line, stretch, answer);
+                [0.0; 3]
+            };
             let offset = self.offset();
-            let start: [f64; 3] =
-                std::array::from_fn(|axis| stretch.start[axis] + offset[axis] + first[axis]);
-            let from = self.commanded.filter(|_| step.rapid);
-            let end: [f64; 3] = std::array::from_fn(|axis| {
-                // An axis that a rapid does not move stays, at its home half a gap before its end.
-                let stays = stretch.direction[axis] == 0.0 && line.value(LETTERS[axis]).is_none();
-                match from.filter(|_| stays) {
-                    Some(from) => from[axis],
-                    None => stretch.end[axis] + offset[axis] + last[axis],
+            let from = self.commanded.unwrap_or(stretch.start);
+            let mut start = [0.0; 3];
+            let mut end = [0.0; 3];
+            for axis in 0..3 {
+                // An axis that does not move is not moved: at its home, half a gap before the end of its
+                // travel, there is no room for it.
+                let rests = stretch.direction[axis] == 0.0 && behind[axis] == 0.0;
+                let is_named = line.value(LETTERS[axis]).is_some();
+                if rests && (self.is_plain[axis] || step.rapid && !is_named) {
+                    (start[axis], end[axis]) = (from[axis], from[axis]);
+                    continue;
                 }
-            });
+                // Where its flank is not known, half a gap would be as good to the other side.
+                let is_left = step.rapid && !self.is_known[axis];
+                self.is_plain[axis] = is_left;
+                let offset = if is_left { 0.0 } else { offset[axis] };
+                start[axis] = stretch.start[axis] + offset + first[axis];
+                end[axis] = stretch.end[axis] + offset + last[axis];
+            }
             let mut needs_code = number > 0;
             if !step.rapid && self.take_up(line, step, index, start, answer) {
                 needs_code = true;
@@ -292,41 +376,117 @@ impl NewProgram {
             self.was_rapid = true;
             self.take_up(line, step, index, end, answer);
         }
+        if step.rapid {
+            self.settle(line, step, index, answer);
+        }
         self.was_rapid = step.rapid;
-        Ok(())
+    }
+
+    /// A cut makes the flanks of the axes that it moves known.
+    fn cut_from(&mut self, line: &Line, stretch: &Stretch, answer: &mut Rewritten) {
+        for axis in 0..3 {
+            let moves = stretch.direction[axis] != 0.0;
+            answer.sides_unknown += u64::from(moves && !self.is_known[axis]);
+            self.is_known[axis] |= moves;
+            self.is_placed[axis] |= moves || line.value(LETTERS[axis]).is_some();
+        }
+    }
+
+    /// How far from the end of a rapid axes have to be first whose flank is not known, mm; and takes
+    /// their sides. An axis that comes from a place where the program has sent it, far enough, needs
+    /// nothing; one that may not go beyond its place is left without a known flank.
+    fn behind(&mut self, line: &Line, step: &Original, stretch: &Stretch) -> [f64; 3] {
+        let approach = self.approach_mm();
+        let is_clear = self.is_clear(line, step, stretch);
+        let mut behind = [0.0; 3];
+        for axis in 0..3 {
+            let moves = stretch.direction[axis] != 0.0;
+            if !(moves || line.value(LETTERS[axis]).is_some()) {
+                continue;
+            }
+            let way = (stretch.end[axis] - stretch.start[axis]).abs();
+            let was_placed = std::mem::replace(&mut self.is_placed[axis], true);
+            if self.is_known[axis] {
+                continue;
+            }
+            if was_placed && way >= approach {
+                self.is_known[axis] = true;
+            } else if let Some(side) = self.free_side(axis, stretch.end[axis], is_clear) {
+                (self.is_known[axis], self.side[axis]) = (true, side);
+                behind[axis] = -side * approach;
+            }
+        }
+        behind
+    }
+
+    /// Whether X and Y may go beyond their places on a rapid: its Z is known, and above all cuts at both
+    /// ends.
+    fn is_clear(&self, line: &Line, step: &Original, stretch: &Stretch) -> bool {
+        let is_placed = self.is_placed[2];
+        let [start, end] = [stretch.start[2], stretch.end[2]].map(|z| z - step.tool_z_mm);
+        // Where the program begins the place before its first one is not known: the end counts.
+        let lowest = if is_placed { start.min(end) } else { end };
+        (is_placed || line.value(b'Z').is_some()) && self.heights.are_below(lowest)
+    }
+
+    /// The direction in which an axis is brought to a place, if there is one with room: Z goes down, since
+    /// below there may be material.
+    fn free_side(&self, axis: usize, place: f64, is_clear: bool) -> Option<f64> {
+        let (approach, half) = (self.approach_mm(), self.half[axis]);
+        let [min, max] = self.travel[axis];
+        let is_within = |side: &f64| {
+            let first = place - side * approach;
+            first - half >= min && first + half <= max
+        };
+        let ahead = self.ahead[axis];
+        if axis == 2 {
+            return Some(-1.0).filter(is_within);
+        }
+        // At an end of the travel from the other side.
+        [ahead, -ahead]
+            .into_iter()
+            .find(is_within)
+            .filter(|_| is_clear)
+    }
+
+    /// Brings X and Y to their places from a known side once the tool is above all cuts, where they could
+    /// not on the way there: by two rapids of their own.
+    fn settle(&mut self, line: &Line, step: &Original, index: usize, answer: &mut Rewritten) {
+        let at = step.curve.end().linear();
+        if !(self.is_placed[2] && self.heights.are_below(at[2] - step.tool_z_mm)) {
+            return;
+        }
+        let Some(from) = self.commanded else { return };
+        let (mut beyond, mut place) = (from, from);
+        let mut sides = self.side;
+        for axis in 0..2 {
+            if self.is_known[axis] || !self.is_placed[axis] {
+                continue;
+            }
+            let Some(side) = self.free_side(axis, at[axis], true) else {
+                continue;
+            };
+            beyond[axis] = at[axis] - side * self.approach_mm();
+            place[axis] = at[axis] + side * self.half[axis];
+            sides[axis] = side;
+            // The way to its place is a reversal, and so is the one before it.
+            (self.side[axis], self.commanded_side[axis]) = (-side, side);
+            (self.is_known[axis], self.is_plain[axis]) = (true, false);
+        }
+        if beyond == from {
+            return;
+        }
+        self.was_rapid = true;
+        self.take_up(line, step, index, beyond, answer);
+        (self.side, self.was_rapid) = (sides, true);
+        self.take_up(line, step, index, place, answer);
+        // Two rapids take up one gap.
+        answer.in_the_air = answer.in_the_air.saturating_sub(1);
     }
 
     fn approach_mm(&self) -> f64 {
         let widest = self.half.into_iter().fold(0.0, f64::max);
         APPROACH_MM.max(APPROACH_HALVES * widest)
-    }
-
-    /// How far from the end of a rapid axes have to be first whose flank is not known, mm; and takes
-    /// their sides. A cut makes a flank known by moving.
-    fn behind(&mut self, line: &Line, step: &Original, stretch: &Stretch) -> [f64; 3] {
-        let mut behind = [0.0; 3];
-        for axis in 0..3 {
-            let moves = stretch.direction[axis] != 0.0;
-            if self.is_known[axis] || !(moves || line.value(LETTERS[axis]).is_some()) {
-                continue;
-            }
-            self.is_known[axis] = step.rapid || moves;
-            if !step.rapid {
-                continue;
-            }
-            let approach = self.approach_mm();
-            let [min, max] = self.travel[axis];
-            let is_within = |side: f64| {
-                let place = stretch.end[axis] - side * approach;
-                place - self.half[axis] >= min && place + self.half[axis] <= max
-            };
-            // At an end of the travel from the other side.
-            let ahead = self.ahead[axis];
-            let side = if is_within(ahead) { ahead } else { -ahead };
-            self.side[axis] = side;
-            behind[axis] = -side * approach;
-        }
-        behind
     }
 
     /// Moves the axes whose gap has to be crossed before a piece; whether there is one.
@@ -422,7 +582,12 @@ impl NewProgram {
                 words.push((b'P', String::new()));
             }
         }
-        self.line(&place.text(&words), Some(place.index));
+        let mut text = place.text(&words);
+        if place.number > 0 {
+            let mark = self.remark("backlash: piece");
+            text.extend_from_slice(format!(" {mark}").as_bytes());
+        }
+        self.line(&text, Some(place.index));
         self.out.ends.push((self.out.steps.len(), at));
         self.sent(at);
     }

@@ -106,7 +106,8 @@ fn lines_of_printers_keep_their_checksums_and_texts() {
         ] {
             assert!(new.contains(kept), "{kept}: {new}");
         }
-        let changed = line("N4 G1 X30.02 Y0.02 E.5 F1200");
+        // Y has not moved yet, and the program says no Z: its side is not known.
+        let changed = line("N4 G1 X30.02 Y0. E.5 F1200");
         assert!(new.contains(&changed), "{changed}: {new}");
     }
 }
@@ -211,10 +212,10 @@ fn what_a_dialect_has_besides_is_refused_by_its_place() {
 #[test]
 fn what_the_new_program_is_refused_for_is_told_by_the_line_of_the_original() {
     let text =
-        "g17 g21 g90 g0 x0 y0 f100\ng1 x1.5e-3 y-2.5E+1\ng2 x10 y-25 i5 j0 k0\ng0 g28 z0\ng1 x1\n";
+        "g17 g21 g90 g0 x0 y0 f100\ng1 x1.5e-3 y-2.5E+1\ng2 x10 y-25 i5 j0 k0\ng1 z300\nx1\n";
     let error = refused(text, Dialect::LinuxCnc);
     assert!(
-        error.starts_with("line 5: with half a gap added it cannot be run: axis Z to 0.020 mm")
+        error.starts_with("line 4: with half a gap added it cannot be run: axis Z to 0.020 mm")
             && error.contains("move the origin of G54"),
         "{error}"
     );
@@ -254,4 +255,135 @@ fn a_program_without_a_cut_is_not_written() {
     let new = rewritten(&part, Dialect::LinuxCnc).unwrap();
     let reason = new.refused.unwrap_or_default();
     assert!(reason.contains("nothing is cut"), "{reason}");
+}
+
+/// Lines of a new program that move.
+fn moves(text: &str) -> Vec<String> {
+    let program = Program::from_str("part.nc", text);
+    let new = rewritten(&program, Dialect::LinuxCnc).unwrap();
+    let moves = new.text.lines().filter(|line| line.starts_with('G'));
+    moves.map(str::to_owned).collect()
+}
+
+/// Below its place there may be a table, and beside it a wall.
+#[test]
+fn rapids_go_beyond_their_places_only_where_nothing_can_be() {
+    // The first feed moves of Z go up, those of X away from a wall.
+    let new = moves(
+        "G21 G90 G17\nG0 Z20\nG0 Y-10\nG0 Z-5\nG0 X-5.2\nG1 Y50 F400\nG1 X-20\nG1 Z2\nG0 Z20\nM2\n",
+    );
+    let wanted = [
+        "G0 Z20.48",
+        "G0 Z19.98 (backlash of Z)",
+        "G0 Y-10.48",
+        "G0 Y-9.98 (backlash of Y)",
+        "G0 Z-5.02",
+        "G0 X-5.2",
+        "G1 Y50.02 F400",
+    ];
+    assert_eq!(new[1..=7], wanted, "{new:?}");
+    // X and Y where Z is not known yet: once it is.
+    let new = moves("G21 G90 G17\nG0 X-30 Y0\nG0 Z5\nG1 Z-1 F200\nG1 X30 F400\nG1 Y9\nG0 Z5\nM2\n");
+    let wanted = [
+        "G0 X-30. Y0.",
+        "G0 Z5.48",
+        "G0 Z4.98 (backlash of Z)",
+        "G0 X-30.48 Y-0.48 (backlash of X Y)",
+        "G0 X-29.98 Y0.02 (backlash of X Y)",
+        "G1 Z-1.02 F200",
+    ];
+    assert_eq!(new[1..=6], wanted, "{new:?}");
+}
+
+/// A place of the machine whose coordinate an axis has already is half a gap away all the same, and an axis
+/// at home that does not move has no room for it.
+#[test]
+fn ways_home_are_those_of_the_new_program() {
+    for home in ["G30", "G53 G0 X-381 Z0", "G28", "G28 Z20\nG30"] {
+        let text = format!(
+            "G21 G90 G17\nG0 Z10\nG0 X0 Y0\nG1 Z-1 F200\nG1 X20 F400\nG1 X0\nG0 Z20\n{home}\nG0 X10 Y10\nG0 Z1\nG1 X30 F400\nG1 X10\nG0 Z10\nM2\n"
+        );
+        assert!(moves(&text).contains(&home.lines().last().unwrap().to_owned()));
+    }
+    let new = moves(
+        "G21 G90 G17\nG91 G28 Z0\nG90\nG28 X0 Y0\nG1 Z-10 F1000\nG0 X0 Y0\nG1 Z-11 F200\nG1 X30 F400\nG1 Y9\nG1 X0\nG1 Y0\nG0 Z5\nM2\n",
+    );
+    assert!(new.contains(&"G1 Z-10.02 F1000".to_owned()), "{new:?}");
+}
+
+#[test]
+fn what_the_control_may_do_otherwise_is_refused_and_all_of_it_told() {
+    let error = refused(
+        "G21 G17 G90 G94\n/G0 X0 Y0 Z5\nG1 X5 F100\nIF [#500 EQ 1] GOTO 100\nG1 X0\nN100 G1 X#1\nG1 X#1\nM30\n",
+        Dialect::Fanuc,
+    );
+    let told: Vec<&str> = error.lines().collect();
+    assert_eq!(told.len(), 3, "{error}");
+    assert!(
+        told[0].starts_with("line 2, column 1: a block that may be skipped"),
+        "{error}"
+    );
+    assert!(
+        told[1].starts_with("line 4, ") && told[1].contains("the control decides"),
+        "{error}"
+    );
+    assert!(
+        told[2].contains("X is an expression") && told[2].ends_with("(so on lines 7)"),
+        "{error}"
+    );
+    let error = refused(
+        "G21 G17 G90\no1 if [#5399 EQ 0]\nG0 X1\no1 endif\nM2\n",
+        Dialect::LinuxCnc,
+    );
+    assert!(
+        error.starts_with("line 2, ") && error.contains("the control decides"),
+        "{error}"
+    );
+}
+
+/// What is told of one axis makes no other one exact, and 0 is an answer.
+#[test]
+fn gaps_of_which_nothing_is_told_may_be_off_as_usual() {
+    let text =
+        "G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z5\nG1 Z-1 F300\nX40 F900\nY30\nX0\nY0\nG0 Z5\nM2\n";
+    let machine = machine().edit(|m| {
+        m.axis("x").compensation.gap_uncertainty = 0.1;
+    });
+    let of = |gap_uncertainty| {
+        let wanted = RewriteOptions {
+            most_normal_um: 0.0,
+            gap_uncertainty,
+            ..RewriteOptions::default()
+        };
+        let program = Program::from_str("part.nc", text);
+        let options = SimulateOptions::default();
+        rewrite(&program, machine.as_ref().unwrap(), &options, &wanted).unwrap()
+    };
+    let new = of(None);
+    assert_eq!(
+        new.uncertain[0]
+            .factors
+            .map(|factor| (100.0 * factor).round()),
+        [90.0, 70.0, 70.0]
+    );
+    assert_eq!(
+        (new.is_uncertainty_told, new.untold),
+        (false, vec!["Y".to_owned(), "Z".to_owned()])
+    );
+    let new = of(Some(0.0));
+    assert!(new.is_uncertainty_told && new.uncertain.is_empty());
+}
+
+#[test]
+fn pieces_of_arcs_are_marked() {
+    let new =
+        moves("G21 G17 G90\nG0 Z5\nG0 X10 Y0\nG1 Z0 F300\nG2 X10 Y0 I-10 J0 F400\nG0 Z5\nM2\n");
+    let arcs: Vec<&String> = new.iter().filter(|line| line.starts_with("G2 ")).collect();
+    assert!(
+        arcs.len() > 3
+            && arcs[1..]
+                .iter()
+                .all(|line| line.ends_with("(backlash: piece)")),
+        "{new:?}"
+    );
 }

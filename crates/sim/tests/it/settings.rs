@@ -545,7 +545,7 @@ fn rewritten(text: &str) -> Rewritten {
 /// tool: as judged with the described start at most 2 um more.
 #[test]
 fn a_rewritten_program_may_begin_anywhere() {
-    let text = "G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z5\nG1 Z-1 F300\nX40 F900\nY30\nX0\nY0\nG0 Z5\nT2 M6\nG0 X50 Y0\nG1 Z-1 F300\nX60 F900\nG0 Z5\nM2\n";
+    let text = "G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z5\nG1 Z-1 F300\nX40 F900\nY30\nX0\nY0\nG0 Z5\nT2 M6\nG0 X50 Y0\nZ5\nG1 Z-1 F300\nX60 F900\nG0 Z5\nM2\n";
     let wanted = RewriteOptions {
         most_normal_um: 0.0,
         ..RewriteOptions::default()
@@ -563,7 +563,7 @@ fn a_rewritten_program_may_begin_anywhere() {
     assert!(new.text.contains(wanted), "{}", new.text);
     assert!(
         new.text
-            .contains("G0 X49.52 Y-0.48\nG0 X50.02 Y0.02 (backlash of X Y)\n"),
+            .contains("(backlash of Z)\nG0 X49.52 Y-0.48 (backlash of X Y)\nG0 X50.02 Y0.02 (backlash of X Y)\n"),
         "{}",
         new.text
     );
