@@ -311,7 +311,15 @@ impl Line {
         let is_open = |value: &Value| !matches!(value, Value::Number(_));
         let asks = match block.flow.as_ref().map(|(_, keyword)| keyword) {
             Some(Keyword::If | Keyword::ElseIf | Keyword::While | Keyword::Then) => true,
-            Some(Keyword::Repeat | Keyword::Goto) => block.arguments.iter().any(is_open),
+            Some(Keyword::Goto) => block.arguments.iter().any(is_open),
+            // A count of figures alone is the same everywhere.
+            Some(Keyword::Repeat) => {
+                let text = self.piece(block.flow_text).unwrap_or_default();
+                let count = text.iter().skip_while(|byte| **byte != b'[');
+                count
+                    .into_iter()
+                    .any(|byte| *byte == b'#' || byte.is_ascii_alphabetic())
+            }
             _ => false,
         };
         if asks {

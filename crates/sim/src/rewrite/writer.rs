@@ -466,8 +466,8 @@ impl NewProgram {
             let Some(side) = self.free_side(axis, at[axis], true) else {
                 continue;
             };
-            beyond[axis] = at[axis] - side * self.approach_mm();
             place[axis] = at[axis] + side * self.half[axis];
+            beyond[axis] = place[axis] - side * self.approach_mm();
             sides[axis] = side;
             // The way to its place is a reversal, and so is the one before it.
             (self.side[axis], self.commanded_side[axis]) = (-side, side);

@@ -101,7 +101,7 @@ fn lines_of_printers_keep_their_checksums_and_texts() {
             "\nG1 E-.8 F2100\n",
             "\nM84 ; end\n",
             // A printer's line has its code first.
-            "\nN5 x30.02 y20.02 e1\n",
+            "\nN5 G1 x30.02 y20.02 e1\n",
             "\nG1X-0.02Y20.02E1.5\n",
         ] {
             assert!(new.contains(kept), "{kept}: {new}");
