@@ -10,6 +10,7 @@
 //! refusals  all that is refused, in one run                                        (refusals.rs)
 //! pieces    moves of the front end, cut at reversals, with the directions on them     (pieces.rs)
 //! writer    end points moved, take-ups put in: as rapids where nothing is cut          (writer.rs)
+//! heights   above which X and Y may go beyond their places                         (heights.rs)
 //! again     the new text read again: its end points against those meant                 (again.rs)
 //! judge     the machine's tool on the new program against the contour of the original (judge.rs)
 //! normal    what is left of each piece besides the gap, taken off along its normal    (normal.rs)
@@ -19,6 +20,7 @@
 //! done with it.
 
 mod again;
+mod heights;
 mod judge;
 mod normal;
 mod pieces;

@@ -73,7 +73,7 @@ pub(super) fn steps(
                 "line {line} of a file that the program calls: moves of subroutines are not rewritten: {WRITE}"
             )));
         }
-        match step(item, &lines.all, steps.last()) {
+        match step(&item, &lines.all, steps.last()) {
             Ok(step) => steps.push(step),
             Err(error) => refusals.add(lines.placed(error)),
         }
@@ -83,7 +83,7 @@ pub(super) fn steps(
 
 /// One move, behind the last one, if it can be rewritten.
 fn step(
-    item: ProgrammedMove,
+    item: &ProgrammedMove,
     lines: &[Line],
     last: Option<&Original>,
 ) -> Result<Original, RewriteError> {

@@ -1,5 +1,6 @@
 //! The new program: end points moved, arcs in pieces, take-ups put in.
 
+use super::heights::Heights;
 use super::results::Rewritten;
 use super::text::{LETTERS, Line, MARK, TextLines};
 use super::{Moves, Original, ROUNDING_MM, STILL_MM, Stretch, Text};
@@ -32,41 +33,6 @@ fn first_directions(moves: &Moves<'_>) -> [f64; 3] {
         directions.find(|way| *way != 0.0).unwrap_or(1.0)
     };
     [of_axis(0), of_axis(1), -1.0]
-}
-
-/// How high the program cuts, machine coordinates of the tool, mm.
-#[derive(Clone, Copy, Debug)]
-struct Heights {
-    /// Highest place of all cuts, with plunges and retracts.
-    cuts: f64,
-    /// Highest place of those that move X or Y.
-    across: f64,
-}
-
-impl Heights {
-    fn of(moves: &Moves<'_>) -> Heights {
-        let mut heights = Heights {
-            cuts: f64::NEG_INFINITY,
-            across: f64::NEG_INFINITY,
-        };
-        let all = moves.steps.iter().zip(moves.pieces);
-        for (step, pieces) in all.filter(|(step, _)| !step.rapid) {
-            for piece in pieces {
-                let top = piece.start[2].max(piece.end[2]) - step.tool_z_mm;
-                heights.cuts = heights.cuts.max(top);
-                if piece.direction[0] != 0.0 || piece.direction[1] != 0.0 {
-                    heights.across = heights.across.max(top);
-                }
-            }
-        }
-        heights
-    }
-
-    /// Whether the tool may go a little beyond its place in X and Y at a height: it is as high as all cuts,
-    /// and clear of those that go across.
-    fn are_below(&self, height: f64) -> bool {
-        height >= self.cuts && height > self.across + STILL_MM
-    }
 }
 
 /// What the header counts.
@@ -384,11 +350,11 @@ impl NewProgram {
 
     /// A cut makes the flanks of the axes that it moves known.
     fn cut_from(&mut self, line: &Line, stretch: &Stretch, answer: &mut Rewritten) {
-        for axis in 0..3 {
+        for (axis, letter) in LETTERS.into_iter().enumerate() {
             let moves = stretch.direction[axis] != 0.0;
             answer.sides_unknown += u64::from(moves && !self.is_known[axis]);
             self.is_known[axis] |= moves;
-            self.is_placed[axis] |= moves || line.value(LETTERS[axis]).is_some();
+            self.is_placed[axis] |= moves || line.value(letter).is_some();
         }
     }
 
