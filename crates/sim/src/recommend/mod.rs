@@ -172,7 +172,7 @@ impl Advice<'_> {
         let Some(tried) = self.tried(candidates)? else {
             return Ok(self.answer);
         };
-        self.fill_after(tried)?;
+        self.fill_after(&tried)?;
         Ok(self.answer)
     }
 
@@ -349,14 +349,14 @@ impl Advice<'_> {
     }
 
     /// What is left with it, and the settings, if any, which are those that were simulated.
-    fn fill_after(&mut self, tried: Tried) -> Result<(), SimError> {
+    fn fill_after(&mut self, tried: &Tried) -> Result<(), SimError> {
         let Tried {
             trial,
             set,
             run,
             ends,
             reason,
-        } = &tried;
+        } = tried;
         self.answer.chosen.clone_from(&trial.said);
         let Some(result) = run.result(trial.method.name()) else {
             return Ok(());
