@@ -197,6 +197,7 @@ fn what_is_set_does_no_harm_wherever_in_its_interval_the_gap_is() {
             ..RecommendOptions::default()
         };
         let answer = settings(control, &wanted);
+        assert_eq!(answer.gap_uncertainty, Some(share));
         assert_eq!(answer.uncertain.len(), 2);
         let worse = answer.uncertain.iter().any(|end| {
             end.after.rms > end.before.rms + 0.1 || end.after.max > end.before.max + 0.1
