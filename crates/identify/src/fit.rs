@@ -4,7 +4,8 @@ use crate::{
     body::Motion,
     contact::{self, Contact},
     deadzone::MotorGuess,
-    error::{Cause, FitError, NotExcited, SolverStatus},
+    described::Described,
+    error::{FitError, NotExcited, SolverStatus},
     estimate::{COMPLIANCE, Estimate, INERTIA, RESOLUTION_SHARE},
     instruments::{self, Exact},
     jitter,
@@ -40,9 +41,6 @@ const LATENESS_SHARE: f64 = 0.01;
 /// Share of the windows that have to be whole. A choice: a tenth of the rows may be missing at random.
 const WHOLE_SHARE: f64 = 0.05;
 
-/// Half-widths of their intervals by which two gaps are certainly two. A choice: intervals hold 95 of 100
-/// gaps, and a right description must not be refused.
-const APART_WIDTHS: f64 = 3.0;
 /// Width of the interval, in parts of the half gap, from which on the gap counts as not told. A
 /// choice: the interval then holds gaps that differ by a factor of three.
 const MAX_WIDTH_SHARE: f64 = 1.0;
@@ -113,51 +111,12 @@ pub fn fit_backlash_with(
     })?;
     // Times that are off, and a load that is, bend what the log tells by itself more than its interval.
     let is_clean = half_window_s <= settings.half_window_s && fit.load_off.is_none();
-    let against = is_clean.then(|| contradicted(log, &steady, solver, &fit));
-    match against.flatten() {
-        Some(error) => Err(error),
-        None => Ok(fit),
+    Described {
+        settings: &steady,
+        refit: &|other: &FitSettings| fit_steady(log, other, solver),
+        is_clean,
     }
-}
-
-/// Why the description of the motor cannot be right: where the log tells the gap without it, another
-/// gap. A torque constant or a lead that is a little off passes for a workpiece in the inertia, while
-/// inertia and friction of the motor, taken off a torque in another scale, bend the wind-up.
-fn contradicted(
-    log: &BacklashLog,
-    settings: &FitSettings,
-    solver: &dyn QpSolver,
-    fit: &BacklashFit,
-) -> Option<FitError> {
-    if !settings.motor_friction_known || settings.motor_inertia_kgm2.is_none() || !fit.excited {
-        return None;
-    }
-    let of_log = FitSettings {
-        motor_friction_known: false,
-        motor_inertia_kgm2: None,
-        motor_viscous_nm_s_per_rad: 0.0,
-        motor_coulomb_nm: 0.0,
-        ..*settings
-    };
-    let alone = fit_steady(log, &of_log, solver).ok()?;
-    let half_width = |fit: &BacklashFit| {
-        let [low, high] = fit.half_gap_interval_rad;
-        0.5 * (high - low)
-    };
-    let apart = (fit.half_gap_rad - alone.half_gap_rad).abs();
-    if apart <= APART_WIDTHS * (half_width(fit) + half_width(&alone)) {
-        return None;
-    }
-    let percent = |fit: &BacklashFit| 100.0 * half_width(fit) / fit.half_gap_rad;
-    Some(FitError::Implausible {
-        what: format!(
-            "with the motor of the axis the gap is {:.3} times (+-{:.1} %) what it is with the motor that the log itself shows (+-{:.1} %)",
-            fit.half_gap_rad / alone.half_gap_rad,
-            percent(fit),
-            percent(&alone),
-        ),
-        cause: Cause::OtherAxis,
-    })
+    .held_against(fit)
 }
 
 /// The fit of a log whose windows are as long as its times want.
@@ -412,7 +371,13 @@ impl Estimate {
         } else {
             COARSE_SHARE
         };
-        let allowance = self.unspread(log, contact, half)
+        // Rows that were put between others have their rounding from both.
+        let between = if finely || log.load_off().is_none() {
+            0.0
+        } else {
+            0.5 * log.rounded_rad()[1]
+        };
+        let allowance = self.unspread(log, contact, half).max(between)
             + rounding * log.resolution_rad()
             + MODEL_ERROR_SHARE * wind_up
             + certainly_late_s * rate_rms;
@@ -470,6 +435,7 @@ impl Estimate {
             reason,
             load: None,
             load_off: lateness.load_off(log),
+            otherwise: Vec::new(),
             solver: self.solver,
         }
     }

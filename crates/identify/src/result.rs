@@ -94,8 +94,32 @@ pub struct BacklashFit {
     /// How the load's scale was off the motor's, which was taken off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_off: Option<LoadOff>,
+    /// What the half gap would be with a stiffness or a motor that the log and the description of the axis do not
+    /// agree on: the interval holds it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub otherwise: Vec<Otherwise>,
     /// How the problem was solved.
     pub solver: SolverReport,
+}
+
+/// A half gap that goes with what the fit did not presume.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Otherwise {
+    /// What it presumes.
+    pub presumed: Presumed,
+    /// The half gap, rad.
+    pub half_gap_rad: f64,
+}
+
+/// What log and description of an axis do not agree on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Presumed {
+    /// The stiffness of the shaft as it is described; the log shows quite another one.
+    DescribedStiffness,
+    /// Inertia and friction of the motor as the log shows them; the described ones give quite another gap.
+    MotorOfTheLog,
 }
 
 /// A compliance with its interval, and the stiffness that goes with it.

@@ -41,6 +41,9 @@ pub struct FitSettings {
     pub motor_friction_known: bool,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
     pub stiffness_nm_per_rad: Option<f64>,
+    /// Stiffness of the shaft where a description tells it, N m/rad: where the log shows quite another one, the
+    /// interval holds the gap that goes with this one, too.
+    pub known_stiffness_nm_per_rad: Option<f64>,
     /// Whether the shaft's damping is fitted, too. Without it a torque that falls while in contact
     /// makes the gap look larger.
     pub fit_damping: bool,
@@ -80,6 +83,7 @@ impl Default for FitSettings {
             motor_rad_per_unit: None,
             motor_friction_known: true,
             stiffness_nm_per_rad: None,
+            known_stiffness_nm_per_rad: None,
             fit_damping: true,
             torque_threshold_nm: None,
             huber_delta_rad: None,
@@ -124,6 +128,7 @@ impl FitSettings {
             known_inertia_kgm2: Some(
                 axis.motor_side_inertia_kgm2() + axis.reflected_load().inertia_kgm2,
             ),
+            known_stiffness_nm_per_rad: Some(axis.reflected_load().stiffness_nm_per_rad),
             rated_torque_nm: Some(motor.rated_torque_nm),
             current_limit_a: Some(axis.drive.current_limit_a),
             motor_rad_per_unit: Some(axis.transmission.motor_rad_per_unit()),
@@ -166,6 +171,10 @@ impl FitSettings {
                 Some(self.torque_constant_nm_per_a),
             ),
             ("stiffness_nm_per_rad", self.stiffness_nm_per_rad),
+            (
+                "known_stiffness_nm_per_rad",
+                self.known_stiffness_nm_per_rad,
+            ),
             ("torque_threshold_nm", self.torque_threshold_nm),
             ("motor_rad_per_unit", self.motor_rad_per_unit),
             ("huber_delta_rad", self.huber_delta_rad),

@@ -61,6 +61,8 @@ mod sinumerik;
 mod source;
 mod table;
 mod text;
+#[cfg(feature = "parquet")]
+mod thrift;
 mod time;
 mod tncscope;
 mod twincat;

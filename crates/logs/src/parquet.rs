@@ -8,6 +8,7 @@ use crate::parquet_pages::Pages;
 use crate::roles::{period_s, time_among, time_unit};
 use crate::source::{Channel, FileColumns, Format, Header, MAX_CHANNELS, ReadOptions, Row, Source};
 use crate::text::is_measured;
+use crate::thrift;
 use crate::unit::Unit;
 use bytes::Bytes;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -102,6 +103,19 @@ fn whole(mut input: impl Read, name: &str, most: usize) -> Result<Bytes, LogErro
     Ok(bytes.into())
 }
 
+/// Refuses a footer whose lists are longer than it.
+fn check_footer(bytes: &[u8]) -> Result<(), &'static str> {
+    // What is no footer is refused by the format's reader.
+    let Some((before, [a, b, c, d, ..])) = bytes.split_last_chunk::<8>() else {
+        return Ok(());
+    };
+    let length = u32::from_le_bytes([*a, *b, *c, *d]);
+    let first = usize::try_from(length)
+        .ok()
+        .and_then(|length| before.len().checked_sub(length));
+    first.map_or(Ok(()), |first| thrift::pass(&before[first..]).map(drop))
+}
+
 /// Refuses column chunks that lie outside of the file, and counts below zero: the format's reader
 /// takes them for granted.
 fn check_places(file: &ParquetMetaData, length: u64) -> Result<(), ParquetError> {
@@ -173,6 +187,7 @@ pub(crate) fn open<'a>(
 ) -> Result<(Header, Box<dyn Source + 'a>), LogError> {
     let bytes = whole(input, name, options.max_bytes)?;
     let length = bytes.len() as u64;
+    check_footer(&bytes).map_err(|what| damaged(name, &ParquetError::General(what.to_owned())))?;
     let file = SerializedFileReader::new(bytes.clone()).map_err(|error| damaged(name, &error))?;
     check_places(file.metadata(), length).map_err(|error| damaged(name, &error))?;
     let schema = file.metadata().file_metadata().schema_descr();

@@ -6,6 +6,7 @@
 //! here, too.
 
 use crate::packed::Packing;
+use crate::thrift;
 use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, Type as Physical};
 use parquet::column::page::{Page, PageReader};
@@ -43,6 +44,20 @@ fn unpacked(packing: Packing, packed: &[u8], most: usize) -> Result<Vec<u8>, Par
     Ok(bytes)
 }
 
+/// Refuses headers of pages whose lists are longer than the file.
+fn check_headers(file: &[u8], chunk: &ColumnChunkMetaData) -> Result<(), ParquetError> {
+    let (first, size) = chunk.byte_range();
+    let mut place = usize::try_from(first).unwrap_or(usize::MAX);
+    let end = place.saturating_add(usize::try_from(size).unwrap_or(usize::MAX));
+    while place < end.min(file.len()) {
+        let passed = thrift::pass(&file[place..]).map_err(damaged)?;
+        let page = passed.third.and_then(|size| usize::try_from(size).ok());
+        let page = page.ok_or_else(|| damaged("a page without a size"))?;
+        place = place.saturating_add(passed.bytes).saturating_add(page);
+    }
+    Ok(())
+}
+
 /// The values of one column of a row group, page by page.
 pub(crate) struct Pages {
     reader: Box<dyn PageReader>,
@@ -78,6 +93,7 @@ impl Pages {
                 .build()?,
             None => chunk.clone(),
         };
+        check_headers(file, chunk)?;
         let reader = SerializedPageReader::new(Arc::new(file.clone()), &as_they_are, rows, None)?;
         Ok(Pages {
             reader: Box::new(reader),

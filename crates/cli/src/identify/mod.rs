@@ -49,6 +49,10 @@ pub(crate) struct Identify {
     pub(crate) lateness: Lateness,
 }
 
+/// Part of the Coulomb friction from which on a constant force may keep the load on one flank. A choice: how much of
+/// that friction is the motor's own is known to some such part.
+const PULLS_SHARE: f64 = 0.2;
+
 /// What is said of a log.
 #[derive(Default)]
 struct Told {
@@ -72,9 +76,14 @@ impl Told {
         &mut self,
         found: &Result<BacklashFit, GapError>,
         lost: &Result<LostMotion, String>,
+        body: Option<&RigidBody>,
         described: Option<&AxisConfig>,
         scales: &Scales,
     ) {
+        if let Some(why) = body.and_then(|body| uncrossed(found.as_ref().ok()?, body, scales)) {
+            self.untold.push(format!("the gap: {why}"));
+            return;
+        }
         let lost = lost.as_ref().ok();
         let is_step = lost.is_none_or(|lost| lost.is_step);
         let pair = found.as_ref().ok().zip(lost);
@@ -156,6 +165,20 @@ impl Told {
     }
 }
 
+/// Why there may be a gap that the log does not tell from zero: what pulls at the load one way, as a weight does,
+/// keeps it on one flank.
+fn uncrossed(fit: &BacklashFit, body: &RigidBody, scales: &Scales) -> Option<String> {
+    let pulls = body.constant.is_told()
+        && body.constant.value.abs() > PULLS_SHARE * body.coulomb.value.abs();
+    (pulls && !fit.excited).then(|| {
+        format!(
+            "none is seen, but a constant force of {} {} may keep the load on one flank, so that this motion never crosses it: log strokes that speed up and slow down faster than that force does the load",
+            figures(body.constant.value),
+            scales.drive_unit
+        )
+    })
+}
+
 /// Why a gap cannot be right that is certainly larger than all that is lost, of which it is a part.
 fn beyond(fit: &BacklashFit, lost: &LostMotion, scales: &Scales) -> Option<String> {
     let um = 1.0 / scales.small;
@@ -209,7 +232,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     // Lost motion first: it says whether a gap is the right word.
     let lost = fit_lost_motion(&body_log, body.as_ref().ok());
     told.lost_motion(&lost, &scales);
-    told.gap(&gap, &lost, described, &scales);
+    told.gap(&gap, &lost, body.as_ref().ok(), described, &scales);
     told.body(&body, described, &scales);
     let servo = fit_servo(&body_log, &motion);
     told.servo(&servo, described, by_current, &scales);

@@ -4,7 +4,7 @@ use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{
     BodyLog, Figure, LoadOff, LostMotion, Motion, RigidBody, ServoGains,
 };
-use lostmotion::identify::{BacklashFit, FitError};
+use lostmotion::identify::{BacklashFit, FitError, Presumed};
 use lostmotion::logs::{AxisLog, DriveSignal};
 use lostmotion::methods::AxisConfig;
 
@@ -203,7 +203,13 @@ impl Scales {
             "N m" => "kg m2".to_owned(),
             other => format!("{other} s2/{way}"),
         };
-        let mut text = line("inertia, motor and load", body.inertia, &inertia);
+        let mut text = if body.inertia.value > 0.0 {
+            line("inertia, motor and load", body.inertia, &inertia)
+        } else {
+            // No motion tells a negative one.
+            let most = figures(body.inertia.interval[1].max(0.0));
+            format!("inertia, motor and load: at most {most} {inertia} (95 %)\n")
+        };
         text += &line(
             "viscous friction",
             body.viscous,
@@ -314,6 +320,18 @@ pub(super) fn gap_text(fit: &BacklashFit, scales: &Scales) -> String {
         text += &format!(
             "  {} {} of that either way are for a load that may be read later or earlier than its motor (--lateness), which this log does not tell: log strokes of several speeds\n",
             figures(late),
+            scales.small_unit
+        );
+    }
+    for other in &fit.otherwise {
+        let half_um = other.half_gap_rad * scales.per_rad / scales.small;
+        let with = match other.presumed {
+            Presumed::DescribedStiffness => "the stiffness that is described",
+            _ => "the motor that the log itself shows",
+        };
+        text += &format!(
+            "  with {with} it would be {} {}, which the interval holds: log strokes of several speeds and accelerations\n",
+            figures(2.0 * half_um),
             scales.small_unit
         );
     }

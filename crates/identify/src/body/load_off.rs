@@ -10,12 +10,12 @@
 //! ```
 //!
 //! Of the drive the motor keeps what speeds up its own inertia. In strokes that are sines place and acceleration are
-//! one: there a scale cannot be told from that.
+//! one: there a scale is told only where it is more than what acceleration winds up the softest shaft by, as on the
+//! wide and slow circle of a ballbar.
 
-use super::squares::Squares;
+use super::squares::{Squares, left_alone};
 use super::{Averages, Motion, Rates};
 use crate::even::lagrange;
-use crate::huber::solve_small;
 use crate::settings::LATENESS_S;
 use lostmotion_base::math::quantile;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ const FOLLOWS_SHARE: f64 = 0.2;
 pub(crate) const VARIES_SHARE: f64 = 0.06;
 /// Part of a column that the others have to leave for its coefficient to be told. A choice: in a motion of
 /// one frequency place and acceleration are the same.
-const ALONE_SHARE: f64 = 0.1;
+pub(crate) const ALONE_SHARE: f64 = 0.1;
 /// The same below which two columns are one. A choice.
 const SAME_SHARE: f64 = 1e-4;
 /// Half intervals that a value has to be off zero by. A choice: nothing is taken off by chance.
@@ -52,6 +52,9 @@ const WIND_UP_S: f64 = 250e-6;
 /// Part of the wind-up that may go with the place whatever it is from. A choice, of twice what damping does in clean
 /// logs of short strokes.
 const WIND_UP_SHARE: f64 = 0.02;
+/// What an acceleration winds the shaft up by at most, s^2: a load on its shaft swings with 10 Hz at least. A choice:
+/// large machines do with 20 to 40 Hz.
+pub(crate) const MOST_GIVE_S2: f64 = 2.5e-4;
 /// Rounds: what is found is taken off, and what is left is found.
 const ROUNDS: usize = 3;
 
@@ -179,24 +182,37 @@ impl Pair<'_> {
         // no lateness.
         used[SPEED] = stands_alone(SPEED, &used, SAME_SHARE);
         used[PLACE] = used[PLACE] && stands_alone(PLACE, &used, ALONE_SHARE);
+        let bare = [true, used[SPEED], false, false];
+        let is_of_one_frequency = !used[PLACE] && stands_alone(PLACE, &bare, ALONE_SHARE);
+        if is_of_one_frequency {
+            used = bare;
+        }
         let tells_late = sums[SPEED][SPEED] > VARIES_SHARE * VARIES_SHARE * speeds
             && stands_alone(SPEED, &used, ALONE_SHARE);
         let Some(fit) = squares.solve(&used) else {
             return none;
         };
-        // What the shaft's damping and the load's bouncing do beside the wind-up would pass for a scale where little of
-        // the place stands alone.
-        let wind_up = [ACCELERATION, DRIVE].map(|i| {
-            [ACCELERATION, DRIVE]
-                .map(|j| fit.x[i] * fit.x[j] * sums[i][j])
-                .iter()
-                .sum::<f64>()
-        });
-        let wind_up = wind_up.iter().sum::<f64>().max(0.0);
         let mut figures = fit.figures;
-        if used[PLACE] {
+        let [low, high] = figures[PLACE].interval;
+        let mut unseen_at_most = low.abs().max(high.abs());
+        if is_of_one_frequency {
+            // The place has what the acceleration makes, too.
+            let rate_square = (sums[ACCELERATION][ACCELERATION] / sums[PLACE][PLACE]).sqrt();
+            figures[PLACE] = figures[PLACE].widened(MOST_GIVE_S2 * rate_square);
+        } else if used[PLACE] {
+            // What the shaft's damping and the load's bouncing do beside the wind-up would pass for a scale where
+            // little of the place stands alone.
+            let wind_up = [ACCELERATION, DRIVE].map(|i| {
+                [ACCELERATION, DRIVE]
+                    .map(|j| fit.x[i] * fit.x[j] * sums[i][j])
+                    .iter()
+                    .sum::<f64>()
+            });
+            let wind_up = wind_up.iter().sum::<f64>().max(0.0);
             let alone = left_alone(&sums, PLACE, &used);
             figures[PLACE] = figures[PLACE].widened(WIND_UP_SHARE * (wind_up / alone).sqrt());
+            let [low, high] = figures[PLACE].interval;
+            unseen_at_most = low.abs().max(high.abs());
         }
         // Lateness of 0.3 ms at 300 mm/s makes more than most gaps: a scale that hides beside it matters all the
         // same.
@@ -219,7 +235,7 @@ impl Pair<'_> {
         if is_told(PLACE, span(self.motor), 0.0, SCALE_MATTERS_SHARE) {
             (off.scale, off.scale_interval) = (-fit.x[PLACE], [-high, -low]);
         } else if used[PLACE] {
-            unseen = low.abs().max(high.abs());
+            unseen = unseen_at_most;
         }
         if tells_late && is_told(SPEED, motion.top_speed, LEAST_LATE_S, MATTERS_SHARE) {
             let late = figures[SPEED].widened(WIND_UP_S);
@@ -365,26 +381,4 @@ impl LoadOff {
 /// Width of a column without its outer hundredths.
 fn span(values: &[f64]) -> f64 {
     quantile(values.to_vec(), 0.99) - quantile(values.to_vec(), 0.01)
-}
-
-/// What the other columns leave of one's square.
-fn left_alone(sums: &[[f64; COLUMNS]; COLUMNS], column: usize, used: &[bool; COLUMNS]) -> f64 {
-    let own = sums[column][column];
-    let is_other = |i: usize| i != column && used[i];
-    let matrix: [[f64; COLUMNS]; COLUMNS] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            if is_other(i) && is_other(j) {
-                sums[i][j]
-            } else {
-                f64::from(u8::from(i == j))
-            }
-        })
-    });
-    let with: [f64; COLUMNS] =
-        std::array::from_fn(|i| if is_other(i) { sums[i][column] } else { 0.0 });
-    // None where the others are one another.
-    solve_small(&matrix, &with).map_or(0.0, |parts| {
-        let explained: f64 = parts.iter().zip(&with).map(|(p, w)| p * w).sum();
-        own - explained
-    })
 }

@@ -10,7 +10,7 @@
 //! ```
 
 use super::followed::Followed;
-use super::load_off::{MATTERS_SHARE, VARIES_SHARE};
+use super::load_off::{ALONE_SHARE, MATTERS_SHARE, MOST_GIVE_S2, VARIES_SHARE};
 use super::squares::{Squares, SquaresFit, jackknife};
 use super::{BodyLog, Figure, LoadOff, Motion, Rates, RigidBody};
 use crate::body::motion::noise_of;
@@ -188,6 +188,11 @@ fn loss(rows: &Rows<'_>, noise: f64, late: Late) -> Result<Loss, Untold> {
         late,
         target: Target::Difference,
     };
+    // Right behind reversals acceleration is the same as a step: what no shaft gives was taken from that.
+    let [low, high] = look.figure(found, |x| x[ACCELERATION]).interval;
+    if late == Late::Told && (low > MOST_GIVE_S2 || high < -MOST_GIVE_S2) {
+        return Err(Untold::Other("acceleration hides what is lost"));
+    }
     let most_late_s = match late {
         Late::Presumed(most_s) => most_s,
         Late::Told => 0.0,
@@ -414,6 +419,10 @@ impl Rows<'_> {
         used[PLACE] = self.log.load_off().is_some_and(|off| off.scale != 0.0);
         (used[SPEED], used[ACCELERATION]) = (of.late == Late::Told, of.late == Late::Told);
         debug_assert!(used[OFFSET]);
+        // In a motion of one frequency place and acceleration are the same.
+        if used[PLACE] && used[ACCELERATION] {
+            used[ACCELERATION] = squares.left_of(ACCELERATION, &used) > ALONE_SHARE;
+        }
         squares.solve(&used)
     }
 

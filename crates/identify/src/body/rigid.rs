@@ -176,6 +176,9 @@ fn fit_plain(log: &BodyLog, motion: &Motion) -> Result<SquaresFit<COEFFICIENTS>,
     if log.load.is_empty() {
         others.push(Other::Driven);
     }
+    if !log.load.is_empty() {
+        others.push(Other::OneBody);
+    }
     let others = others.into_iter().filter_map(|other| {
         let terms = Terms {
             other,

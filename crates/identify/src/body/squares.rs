@@ -75,6 +75,31 @@ impl<const P: usize> Sums<P> {
     }
 }
 
+/// What the other columns leave of one's square.
+pub(crate) fn left_alone<const P: usize>(
+    sums: &[[f64; P]; P],
+    column: usize,
+    used: &[bool; P],
+) -> f64 {
+    let own = sums[column][column];
+    let is_other = |i: usize| i != column && used[i];
+    let matrix: [[f64; P]; P] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if is_other(i) && is_other(j) {
+                sums[i][j]
+            } else {
+                f64::from(u8::from(i == j))
+            }
+        })
+    });
+    let with: [f64; P] = std::array::from_fn(|i| if is_other(i) { sums[i][column] } else { 0.0 });
+    // None where the others are one another.
+    solve_small(&matrix, &with).map_or(0.0, |parts| {
+        let explained: f64 = parts.iter().zip(&with).map(|(p, w)| p * w).sum();
+        own - explained
+    })
+}
+
 /// Rows of a linear problem, summed by blocks.
 #[derive(Clone)]
 pub(crate) struct Squares<const P: usize> {
@@ -101,6 +126,18 @@ impl<const P: usize> Squares<P> {
         Squares {
             blocks: vec![Sums::ZERO; BLOCKS],
             per_block: places.div_ceil(BLOCKS).max(1),
+        }
+    }
+
+    /// The part of a column's square that the others which are used leave.
+    pub(crate) fn left_of(&self, column: usize, used: &[bool; P]) -> f64 {
+        let mut all = Sums::ZERO;
+        self.blocks.iter().for_each(|block| all.add(block, 1.0));
+        let own = all.matrix[column][column];
+        if own > 0.0 {
+            left_alone(&all.matrix, column, used) / own
+        } else {
+            0.0
         }
     }
 

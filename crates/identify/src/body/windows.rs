@@ -72,6 +72,8 @@ pub(super) enum Other {
     /// Only windows in which the motor drives the load, and has for some time: it may cross a gap behind
     /// a reversal, and a load with little friction leaves a motor that brakes.
     Driven,
+    /// Motor and load as one body: how a load slips beside its motor hangs on when it is read.
+    OneBody,
 }
 
 /// Averages of a log over windows of one length.
@@ -209,8 +211,9 @@ impl<'a> Windows<'a> {
         used[STRIBECK_SPEED] = self.terms.refine_stribeck;
         used[STRIBECK_SIGN] = self.terms.sided_stribeck;
         used[VISCOUS_SIGN] = self.terms.sided_viscous;
-        used[SLIP_ACCELERATION] = self.load.is_some();
-        used[SLIP_SPEED] = self.load.is_some();
+        let slips = self.load.is_some() && self.terms.other != Other::OneBody;
+        used[SLIP_ACCELERATION] = slips;
+        used[SLIP_SPEED] = slips;
         used
     }
 }

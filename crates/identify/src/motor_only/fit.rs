@@ -416,6 +416,7 @@ impl LastRound<'_> {
             reason,
             load: Some(self.load()),
             load_off: None,
+            otherwise: Vec::new(),
             solver: solved.report.clone(),
         })
     }

@@ -330,6 +330,7 @@ impl<'a> Searched<'a> {
             reason,
             load: Some(load_of(&found.x)),
             load_off: None,
+            otherwise: Vec::new(),
             solver: solver_report(found),
         })
     }

@@ -1,9 +1,9 @@
 //! A load's scale that is longer than the motor's, and one that is read later: neither is a gap.
 
 use crate::rig::ballscrew::{BallScrew, Rows};
-use lostmotion_base::math;
-use lostmotion_identify::body::{BodyLog, LoadOff};
-use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion_base::{Random, math};
+use lostmotion_identify::body::{BodyLog, LoadOff, Motion, fit_lost_motion};
+use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, Presumed, fit_backlash};
 
 /// Counts what holds the truth of ten axes: gap, stiffness, and how the load was said to be off.
 fn holds(seed: u64, change: impl Fn(&mut Rows), truth: [f64; 2]) -> [usize; 3] {
@@ -179,4 +179,77 @@ fn lateness_that_a_fit_found_is_no_lost_motion() {
     assert_eq!(right.load_off(), Some(&late));
     // Once is enough.
     assert_eq!(right.clone().with_late_taken_off(late), right);
+}
+
+/// Two turns of a ballbar: radius 150 mm at 1 m/min, with rests before and behind, the load behind a gap of 10 um
+/// and read in steps of 0.1 um by a scale that is off by so much.
+fn ballbar(scale: f64, random: &mut Random) -> [Vec<f64>; 3] {
+    let (radius, rate, gap) = (0.15, 1.0 / 60.0 / 0.15, 10e-6);
+    let turning = 2.0 * 2.0 * std::f64::consts::PI / rate;
+    let (mut time, mut motors, mut loads) = (Vec::new(), Vec::new(), Vec::new());
+    let mut load = radius - 0.5 * gap;
+    for sample in 0..115_000 {
+        let t = f64::from(sample) * 1e-3;
+        let motor = radius * math::cos(rate * (t - 1.0).clamp(0.0, turning));
+        load = load.clamp(motor - 0.5 * gap, motor + 0.5 * gap);
+        let read = load * (1.0 + scale) + 5e-8 * random.normal();
+        time.push(t);
+        motors.push(motor);
+        loads.push((read / 1e-7).round() * 1e-7);
+    }
+    [time, motors, loads]
+}
+
+/// Place and acceleration are one in a sine: a scale would be told as what is lost along the travel, of 20 um/m as
+/// 12 um beside the 10 um of the gap.
+#[test]
+fn a_scale_is_told_in_the_slow_circle_of_a_ballbar() {
+    let mut random = Random::new(1_130_001);
+    for scale in [0.0, 20e-6, -20e-6, 60e-6, -60e-6] {
+        let [time, motors, loads] = ballbar(scale, &mut random);
+        let log = BodyLog::from_rows(&time, motors, loads, vec![], vec![]).unwrap();
+        let motion = Motion::of(&log);
+        let log = log.put_right(&motion);
+        let off = log.load_off().map_or(0.0, |off| off.scale);
+        assert!((off - scale).abs() < 4e-6, "{off} for {scale}");
+        let lost = fit_lost_motion(&log, None).unwrap().total;
+        let [low, high] = lost.interval;
+        assert!(
+            low <= 10e-6 && 10e-6 <= high && high < 15e-6,
+            "{scale}: {lost:?}"
+        );
+    }
+}
+
+/// In strokes of one frequency the torque hardly changes on a flank, and what is left of a scale passes for wind-up:
+/// the interval holds the gap that goes with the described stiffness, and says so.
+#[test]
+fn a_stiffness_unlike_the_described_one_widens_the_interval() {
+    let mut joined = 0;
+    for seed in 1_130_100..1_130_110 {
+        let axis = BallScrew::random(seed);
+        let log = axis.log(&axis.record()).unwrap();
+        let plain = fit_backlash(&log, &axis.settings()).unwrap();
+        assert_eq!(plain.otherwise, []);
+        let settings = |factor: f64| FitSettings {
+            known_stiffness_nm_per_rad: Some(factor * axis.stiffness()),
+            ..axis.settings()
+        };
+        // what catalogues are off by is none of the log's business
+        for factor in [0.6, 1.0, 1.6] {
+            assert_eq!(fit_backlash(&log, &settings(factor)).unwrap(), plain);
+        }
+        let fit = fit_backlash(&log, &settings(8.0)).unwrap();
+        let [other] = fit.otherwise.as_slice() else {
+            continue;
+        };
+        assert_eq!(other.presumed, Presumed::DescribedStiffness);
+        let [low, high] = fit.half_gap_interval_rad;
+        assert!(low <= other.half_gap_rad && other.half_gap_rad <= high);
+        let [low, high] = plain.half_gap_interval_rad;
+        assert!(fit.half_gap_interval_rad[0] <= low && high <= fit.half_gap_interval_rad[1]);
+        assert_eq!(fit.half_gap_rad, plain.half_gap_rad);
+        joined += 1;
+    }
+    assert!(joined >= 8, "{joined}");
 }
