@@ -43,6 +43,15 @@ pub(crate) enum PlaneName {
     Yz,
 }
 
+/// Sense of rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sense {
+    /// Counter-clockwise
+    Ccw,
+    /// Clockwise
+    Cw,
+}
+
 /// `ballbar`.
 #[derive(Debug, Args)]
 pub(crate) struct Ballbar {
@@ -57,6 +66,10 @@ pub(crate) struct Ballbar {
     /// Nominal radius, mm; of sheets with radii the whole number next to their mean, if left out
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = number)]
     pub(crate) radius_mm: Option<f64>,
+    /// Sense of rotation of each circle in the order of the sheets, for example ccw,cw, where rows are sorted by
+    /// their angle; the order of the rows, if left out
+    #[arg(long, value_name = "SENSES", value_enum, value_delimiter = ',')]
+    pub(crate) sense: Vec<Sense>,
     /// Plane of the circle
     #[arg(long, value_enum, default_value_t)]
     pub(crate) plane: PlaneName,
@@ -93,18 +106,7 @@ pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
     }
     let radius_mm = nominal(args, &logs, &names, quiet)?;
     check_size(radius_mm, &logs, &names)?;
-    let traces: Vec<BallbarTrace> = logs
-        .iter()
-        .flat_map(|log| log.senses.iter().map(move |sense| (log, sense)))
-        .map(|(log, sense)| {
-            let zero = if log.is_deviation { 0.0 } else { radius_mm };
-            let points = sense.iter().map(|&(angle_rad, value)| RadialPoint {
-                angle_rad,
-                deviation_mm: value - zero,
-            });
-            BallbarTrace::new(points.collect())
-        })
-        .collect();
+    let traces = traces(args, &logs, radius_mm, &names)?;
     let one_sense = traces.len() > 1
         && traces
             .iter()
@@ -117,7 +119,7 @@ pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
                 traces.len(),
                 traces.iter().filter(|trace| trace.counterclockwise).count()
             ),
-            "give one circle of each sense at most",
+            "give one circle of each sense at most; where rows are sorted by their angle, say the senses: --sense ccw,cw",
         ));
     }
     let plane = match args.plane {
@@ -160,6 +162,49 @@ pub(crate) fn run(args: &Ballbar, quiet: bool) -> Result<u8, Failure> {
         &text::ballbar(&answer, &shown()),
     )?;
     Ok(DONE)
+}
+
+/// The circles of the sheets, their rows in the order in which they were measured.
+fn traces(
+    args: &Ballbar,
+    logs: &[BallbarLog],
+    radius_mm: f64,
+    names: &[String],
+) -> Result<Vec<BallbarTrace>, Failure> {
+    let mut traces: Vec<BallbarTrace> = Vec::new();
+    let circles: usize = logs.iter().map(|log| log.senses.len()).sum();
+    if !args.sense.is_empty() && args.sense.len() != circles {
+        return Err(Failure::with_hint(
+            format!(
+                "{}: {circles} circles, and --sense has {}",
+                names.join(", "),
+                args.sense.len()
+            ),
+            "give the sense of each circle in the order of the sheets",
+        ));
+    }
+    for log in logs {
+        let zero = if log.is_deviation { 0.0 } else { radius_mm };
+        for rows in &log.senses {
+            let mut points: Vec<RadialPoint> = rows
+                .iter()
+                .map(|&(angle_rad, value)| RadialPoint {
+                    angle_rad,
+                    deviation_mm: value - zero,
+                })
+                .collect();
+            let as_sorted = BallbarTrace::new(points.clone());
+            let told = args.sense.get(traces.len());
+            traces.push(match told {
+                Some(told) if (*told == Sense::Ccw) != as_sorted.counterclockwise => {
+                    points.reverse();
+                    BallbarTrace::new(points)
+                }
+                _ => as_sorted,
+            });
+        }
+    }
+    Ok(traces)
 }
 
 /// Refuses lengths that no ballbar has: they are in another unit.

@@ -374,6 +374,31 @@ fn a_sheet_tells_what_explains_it() {
         (value("squareness, Y towards X") - 40.0).abs() < 0.5,
         "{text}"
     );
+    // Rows sorted by their angle whatever the sense.
+    let rows = sheet();
+    let rows: Vec<&str> = rows.lines().collect();
+    let table = |rows: &mut dyn Iterator<Item = &&str>| {
+        let rows: String = rows.map(|row| format!("{row}\n")).collect();
+        format!("angle_deg,radius_mm\n{rows}")
+    };
+    bench.file("one.csv", table(&mut rows[1..722].iter()));
+    bench.file("two.csv", table(&mut rows[722..].iter().rev()));
+    bench.refuses(
+        &["ballbar", "one.csv", "two.csv"],
+        &["2 of them counter-clockwise", "--sense ccw,cw"],
+    );
+    let sorted = bench.expect(
+        0,
+        &["ballbar", "one.csv", "two.csv", "--sense", "ccw,cw", "-q"],
+    );
+    assert_eq!(
+        sorted.split_once('\n').map(|parts| parts.1),
+        text.split_once('\n').map(|parts| parts.1)
+    );
+    bench.refuses(
+        &["ballbar", "one.csv", "two.csv", "--sense", "cw"],
+        &["2 circles, and --sense has 1"],
+    );
     // One sense: deviations, with their radius told.
     let half = sheet()
         .lines()
