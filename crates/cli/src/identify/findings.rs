@@ -38,7 +38,6 @@ impl Finding {
     /// Whether a description can have the measured value, or why it is not taken over: friction below that
     /// of the motor is nobody's.
     pub(super) fn refused(&self, log: &str) -> Option<String> {
-        let signed = self.key.starts_with("constant");
         let may_be_none = self.key == "velocity_feedforward";
         if may_be_none && self.measured.value >= 0.0 {
             return None;
@@ -46,18 +45,35 @@ impl Finding {
         if !self.measured.is_told() {
             return Some(format!("{log} does not tell it"));
         }
-        (!signed && self.measured.value <= 0.0)
+        self.is_less_than_the_motors()
             .then(|| format!("its motor alone has more than {log} shows of the whole axis"))
+    }
+
+    /// Whether less than nothing is left beside the described motor: of a mass or a friction.
+    fn is_less_than_the_motors(&self) -> bool {
+        let signed = self.key.starts_with("constant") || self.key == "velocity_feedforward";
+        !signed && self.measured.is_told() && self.measured.value <= 0.0
     }
 
     /// Whether the description is certainly another one, in words.
     pub(super) fn verdict(&self) -> (String, bool) {
+        if self.is_less_than_the_motors() {
+            let text = format!(
+                "{}.{}: described {} {}; the motor alone is described with more than this log shows of the whole axis: DIFFERS\n",
+                self.table,
+                self.key,
+                figures(self.described),
+                self.unit
+            );
+            return (text, true);
+        }
         let [low, high] = self.measured.interval;
         let outside = !(low..=high).contains(&self.described);
         let off = (self.described - self.measured.value).abs()
             > LEAST_DIFFERENCE * self.measured.value.abs();
         // What the log does not tell is no difference.
-        let is_told = self.measured.is_told() || self.key.starts_with("constant");
+        let may_be_none = self.key.starts_with("constant") || self.key == "velocity_feedforward";
+        let is_told = self.measured.is_told() || may_be_none;
         let differs = outside && off && is_told;
         let words = if differs {
             "DIFFERS"

@@ -12,6 +12,7 @@ use crate::options::machine::{axis, axis_files};
 use crate::output::{self, DONE, FOUND, Failure};
 use clap::{Args, ValueHint};
 use findings::{Finding, gap_findings};
+use lostmotion::base::units::MM_PER_INCH;
 use lostmotion::drive::config::AxisUnit;
 use lostmotion::identify::body::{
     BodyLog, LostMotion, Motion, Replayed, RigidBody, ServoGains, fit_body, fit_lost_motion,
@@ -53,6 +54,10 @@ pub(crate) struct Identify {
 /// that friction is the motor's own is known to some such part.
 const PULLS_SHARE: f64 = 0.2;
 
+/// How far the travel of the motor may be off that of its command in another unit, in parts. A choice: a loop follows
+/// to some per cent.
+const UNIT_WITHIN: f64 = 0.02;
+
 /// What is said of a log.
 #[derive(Default)]
 struct Told {
@@ -61,6 +66,8 @@ struct Told {
     untold: Vec<String>,
     /// What the description can be held against.
     findings: Vec<Finding>,
+    /// What of the description cannot be, in lines.
+    contradictions: Vec<String>,
 }
 
 impl Told {
@@ -149,15 +156,35 @@ impl Told {
         );
     }
 
+    /// Holds the described gap against all that is lost, of which it is a part, where the gap itself is not told.
+    fn described_gap(&mut self, lost: &LostMotion, axis: &AxisConfig, scales: &Scales) {
+        let told = |finding: &Finding| finding.key.starts_with("gap");
+        if self.findings.iter().any(told) {
+            return;
+        }
+        let um = 1.0 / scales.small;
+        let gap = axis.gap_in_unit() * scales.base * um;
+        let most = lost.total.times(um).interval[1];
+        if gap > most {
+            self.contradictions.push(format!(
+                "gap: described {} {u}, of which a lost motion of at most {} {u} (95 %) leaves no room, unless a weight keeps the load on one flank: DIFFERS\n",
+                figures(gap),
+                figures(most),
+                u = scales.small_unit
+            ));
+        }
+    }
+
     /// The verdict on each value that can be checked; whether the description is another one.
     fn check(&mut self) -> bool {
-        let mut differs = false;
+        let mut differs = !self.contradictions.is_empty();
+        self.text += &self.contradictions.concat();
         for finding in &self.findings {
             let (words, other) = finding.verdict();
             differs |= other;
             self.text += &words;
         }
-        if self.findings.is_empty() {
+        if self.findings.is_empty() && !differs {
             self.text += "nothing of the description can be checked with this log\n";
             differs = true;
         }
@@ -165,12 +192,16 @@ impl Told {
     }
 }
 
+/// Whether a constant force may keep the load on one flank.
+fn pulls(body: &RigidBody) -> bool {
+    let of_friction = PULLS_SHARE * body.coulomb.value.abs();
+    body.constant.is_told() && body.constant.value.abs() > of_friction
+}
+
 /// Why there may be a gap that the log does not tell from zero: what pulls at the load one way, as a weight does,
 /// keeps it on one flank.
 fn uncrossed(fit: &BacklashFit, body: &RigidBody, scales: &Scales) -> Option<String> {
-    let pulls = body.constant.is_told()
-        && body.constant.value.abs() > PULLS_SHARE * body.coulomb.value.abs();
-    (pulls && !fit.excited).then(|| {
+    (pulls(body) && !fit.excited).then(|| {
         format!(
             "none is seen, but a constant force of {} {} may keep the load on one flank, so that this motion never crosses it: log strokes that speed up and slow down faster than that force does the load",
             figures(body.constant.value),
@@ -209,6 +240,7 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     if let Some(described) = described {
         rad_per_unit(described, unit, &name)?;
     }
+    refuse_other_unit(&log, &name)?;
     let scales = Scales::of(&log, unit, described);
     let lateness_s = args.lateness.seconds();
     let (body_log, motion) = body_log(&log, &scales, &name)?;
@@ -233,6 +265,11 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     let lost = fit_lost_motion(&body_log, body.as_ref().ok());
     told.lost_motion(&lost, &scales);
     told.gap(&gap, &lost, body.as_ref().ok(), described, &scales);
+    if let (Some(axis), Ok(lost)) = (described, &lost)
+        && !body.as_ref().is_ok_and(pulls)
+    {
+        told.described_gap(lost, axis, &scales);
+    }
     told.body(&body, described, &scales);
     let servo = fit_servo(&body_log, &motion);
     told.servo(&servo, described, by_current, &scales);
@@ -242,16 +279,18 @@ pub(crate) fn run(args: &Identify, quiet: bool) -> Result<u8, Failure> {
     };
     if let Some(again) = &replayed {
         told.replayed(again, &scales);
-    } else if args.overlay.is_some() {
-        return Err(Failure::with_hint(
-            format!("{name}: nothing can be simulated for --overlay"),
-            "it needs a command, a current and a servo law that the log obeys",
-        ));
     }
     for reason in &told.untold {
         told.text += &format!("not told: {reason}\n");
     }
     let differs = args.check && told.check();
+    if replayed.is_none() && args.overlay.is_some() {
+        output::print(&told.text)?;
+        return Err(Failure::with_hint(
+            format!("{name}: nothing can be simulated for --overlay"),
+            "it needs a command, a current and a servo law that the log obeys",
+        ));
+    }
     if let (Some(path), Some(again)) = (&args.overlay, &replayed) {
         write_overlay(path, &body_log, again, &scales)?;
     }
@@ -286,6 +325,33 @@ fn refuse_outputs(args: &Identify) -> Result<(), Failure> {
         return Err(Failure::message(format!(
             "--out and --overlay are both {shown}"
         )));
+    }
+    Ok(())
+}
+
+/// Refuses a motor whose travel is that of its command in another unit.
+fn refuse_other_unit(log: &AxisLog, name: &str) -> Result<(), Failure> {
+    let range = |column: &[f64]| {
+        let ends = column
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                [low.min(*value), high.max(*value)]
+            });
+        ends[1] - ends[0]
+    };
+    let ratio = range(&log.motor) / range(&log.command);
+    let is_unit = |factor: f64| (ratio / factor - 1.0).abs() < UNIT_WITHIN;
+    let factors = [1e3, 1e6, MM_PER_INCH, 1e3 * MM_PER_INCH];
+    if factors
+        .iter()
+        .any(|factor| is_unit(*factor) || is_unit(factor.recip()))
+    {
+        return Err(Failure::with_hint(
+            format!(
+                "{name}: the motor moves {ratio:.6} times as far as its command: they are in different units"
+            ),
+            "say the unit of each: --column motor=NAME,unit=um --column command=NAME,unit=mm",
+        ));
     }
     Ok(())
 }

@@ -109,6 +109,46 @@ fn a_gap_is_told_with_its_interval() {
     );
 }
 
+/// All that is lost holds the described gap where the gap itself is not told; a motor in another unit than its
+/// command is none of a thousand tons.
+#[test]
+fn what_no_gap_and_no_unit_explains_is_said() {
+    let bench = driven();
+    let shown = bench.expect(0, &["machine", "show", "vmc3-worn"]);
+    assert!(shown.contains("gap_um = 40.0"), "{shown}");
+    bench.file(
+        "wide.toml",
+        shown.replace("gap_um = 40.0", "gap_um = 400.0"),
+    );
+    log_with(&bench, "current_a", 8, 1.0);
+    let log = std::fs::read_to_string(bench.path("log.csv")).unwrap();
+    let rows = |row: &dyn Fn(&[&str]) -> String| -> String {
+        let rows = log.lines().skip(1);
+        rows.map(|line| row(&line.split(',').collect::<Vec<&str>>()))
+            .collect()
+    };
+    let still = rows(&|cells| format!("{},{},{}\n", cells[0], cells[1], cells[2]));
+    bench.file("still.csv", format!("t_s,motor_mm,load_mm\n{still}"));
+    let check = ["axis", "identify", "still.csv", "--check", "--axis"];
+    let told = bench.expect(1, &[&check[..], &["wide.toml:x"]].concat());
+    assert!(
+        told.contains("gap: described 400 um, of which a lost motion of at most")
+            && told.contains("DIFFERS"),
+        "{told}"
+    );
+    let told = bench.expect(1, &[&check[..], &[WORN]].concat());
+    assert!(!told.contains("DIFFERS"), "{told}");
+    let metres = rows(&|cells| {
+        let motor: f64 = cells[1].parse().unwrap();
+        format!("{},{},{:.9}\n", cells[0], cells[1], 1e-3 * motor)
+    });
+    bench.file("metres.csv", format!("t_s,command_mm,motor_mm\n{metres}"));
+    bench.refuses(
+        &["axis", "identify", "metres.csv"],
+        &["0.001000 times as far as its command", "in different units"],
+    );
+}
+
 /// A current that looks like percent, or is off by any factor, is said to, and nothing of it is written; as it
 /// is, it is.
 #[test]
@@ -391,10 +431,11 @@ fn a_sheet_tells_what_explains_it() {
         0,
         &["ballbar", "one.csv", "two.csv", "--sense", "ccw,cw", "-q"],
     );
-    assert_eq!(
-        sorted.split_once('\n').map(|parts| parts.1),
-        text.split_once('\n').map(|parts| parts.1)
-    );
+    let explained = |text: &str| {
+        text.split_once("what explains it")
+            .map(|parts| parts.1.to_owned())
+    };
+    assert_eq!(explained(&sorted), explained(&text));
     bench.refuses(
         &["ballbar", "one.csv", "two.csv", "--sense", "cw"],
         &["2 circles, and --sense has 1"],
