@@ -152,7 +152,7 @@ mod tests {
         );
         // cut anywhere
         for end in 0..17 {
-            assert_eq!(pass(&bytes[..end]), Err("a header is cut off"), "{end}");
+            assert!(pass(&bytes[..end]).is_err(), "{end}");
         }
     }
 
