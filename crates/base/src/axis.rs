@@ -165,6 +165,7 @@ pub enum Plane {
 
 impl Plane {
     /// Indices of the first and second axis and of the normal, right-handed.
+    #[inline]
     pub const fn axes(self) -> [usize; 3] {
         // Cyclic permutations of X Y Z: right-handed.
         match self {

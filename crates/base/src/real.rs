@@ -36,21 +36,27 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    #[inline]
     fn constant(value: f64) -> f64 {
         value
     }
+    #[inline]
     fn value(self) -> f64 {
         self
     }
+    #[inline]
     fn sin(self) -> f64 {
         math::sin(self)
     }
+    #[inline]
     fn cos(self) -> f64 {
         math::cos(self)
     }
+    #[inline]
     fn sqrt(self) -> f64 {
         f64::sqrt(self)
     }
+    #[inline]
     fn atan2(self, x: f64) -> f64 {
         math::atan2(self, x)
     }

@@ -23,15 +23,40 @@ pub fn map<T: Send, R: Send>(
     items.map(work).collect()
 }
 
-/// Two pieces of work that share nothing, of which an idle thread may take the second.
+/// Two pieces of work that share nothing: one after the other on the caller's thread for one thread, else an
+/// idle one of the pool in force ([`pool`]) may take the second.
+#[cfg_attr(
+    not(feature = "threads"),
+    allow(unused_variables, reason = "one thread")
+)]
 pub fn join<A: Send, B: Send>(
+    threads: usize,
     first: impl FnOnce() -> A + Send,
     second: impl FnOnce() -> B + Send,
 ) -> (A, B) {
     #[cfg(feature = "threads")]
-    return rayon::join(first, second);
-    #[cfg(not(feature = "threads"))]
+    if threads > 1 {
+        return rayon::join(first, second);
+    }
     (first(), second())
+}
+
+/// Work that an idle thread of the pool in force ([`pool`]) takes at some time; without the feature it is done
+/// at once.
+pub fn spawn(work: impl FnOnce() + Send + 'static) {
+    #[cfg(feature = "threads")]
+    rayon::spawn(work);
+    #[cfg(not(feature = "threads"))]
+    work();
+}
+
+/// Does a piece of work that waits in the pool in force ([`pool`]), if there is one; the answer is whether there
+/// was.
+pub fn help() -> bool {
+    #[cfg(feature = "threads")]
+    return rayon::yield_now() == Some(rayon::Yield::Executed);
+    #[cfg(not(feature = "threads"))]
+    false
 }
 
 /// Calls `work` inside a pool of its own with so many threads (0: one per core), and with their number; without the

@@ -10,7 +10,7 @@ use crate::program::Program;
 use crate::recorded::results::RecordCheck;
 use crate::recorded::{self, RecordOptions, Recorded};
 use crate::results::{PlanInfo, ProgramInfo, Run};
-use crate::session::{self, Kept, Rehearsals, Rehearser, Stepper, TickSink, Ticks, Variant};
+use crate::session::{self, Ahead, Kept, Rehearsals, Rehearser, Stepper, TickSink, Ticks, Variant};
 use crate::setup::Setup;
 use crate::time::results::CycleTime;
 use crate::time::{self, BlockSink, TimeOptions};
@@ -62,7 +62,8 @@ pub struct Simulation<'a> {
 
 /// Takes a chunk of the plan: samples, a command cycle each, and the programmed segments that were
 /// read for it, each once, in order and no later than the first sample that names it.
-pub type PlanSink<'a> = dyn FnMut(&[Sample], &[ProgrammedSegment]) -> Result<(), SinkError> + 'a;
+pub type PlanSink<'a> =
+    dyn FnMut(&[Sample], &[ProgrammedSegment]) -> Result<(), SinkError> + Send + 'a;
 
 impl<'a> Simulation<'a> {
     /// A program on a machine, each axis with the method that the machine names for it (none, for
@@ -395,41 +396,47 @@ impl<'a> Simulation<'a> {
         let setup = self.setup()?;
         let checked = motion::check(&setup)?;
         let total_bytes = self.program.len().unwrap_or(0);
-        let mut feed = Feed::new(&setup)?;
-        let options = setup.options;
-        let (mut samples, mut segments) = (Vec::new(), Vec::new());
-        let (mut count, command) = (0, self.machine.cycles().command());
-        loop {
-            segments.clear();
-            feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
-            if samples.is_empty() {
-                let mut plan = PlanInfo {
-                    duration_s: command.seconds(count),
-                    ..checked.plan
-                };
-                feed.tell(&mut plan);
-                // What stands behind the program's end is not read.
+        let (setup, audience) = (&setup, &mut audience);
+        setup.on_threads(|threads| {
+            let feed = Feed::new(setup)?.on_threads(threads);
+            let options = setup.options;
+            let mut ahead = Ahead::new(feed, None, options.chunk_samples, threads);
+            let (mut count, command) = (0, setup.machine.cycles().command());
+            loop {
+                let mut planned = ahead.next();
+                if let Some(error) = planned.error.take() {
+                    return Err(error);
+                }
+                if planned.samples.is_empty() {
+                    let mut plan = PlanInfo {
+                        duration_s: command.seconds(count),
+                        ..checked.plan
+                    };
+                    ahead.tell(&mut plan);
+                    // What stands behind the program's end is not read.
+                    audience.progress(Progress {
+                        done_bytes: planned.bytes_done.max(total_bytes),
+                        total_bytes,
+                        simulated_s: plan.duration_s,
+                    })?;
+                    return Ok(plan);
+                }
+                count += planned.samples.len() as u64;
+                // A loop without end would plan for ever.
+                if command.seconds(count) > options.max_duration_s {
+                    return Err(SimError::TooLong {
+                        limit_s: options.max_duration_s,
+                    });
+                }
+                sink(&planned.samples, &planned.segments).map_err(SimError::Sink)?;
                 audience.progress(Progress {
-                    done_bytes: feed.bytes_done().max(total_bytes),
+                    done_bytes: planned.bytes_done,
                     total_bytes,
-                    simulated_s: plan.duration_s,
+                    simulated_s: command.seconds(count),
                 })?;
-                return Ok(plan);
+                ahead.done_with(planned);
             }
-            count += samples.len() as u64;
-            // A loop without end would plan for ever.
-            if command.seconds(count) > options.max_duration_s {
-                return Err(SimError::TooLong {
-                    limit_s: options.max_duration_s,
-                });
-            }
-            sink(&samples, &segments).map_err(SimError::Sink)?;
-            audience.progress(Progress {
-                done_bytes: feed.bytes_done(),
-                total_bytes,
-                simulated_s: command.seconds(count),
-            })?;
-        }
+        })
     }
 
     /// Plans the program and tells where its time goes; `sink` takes the blocks as they are

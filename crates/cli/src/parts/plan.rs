@@ -5,7 +5,7 @@ use crate::findings::Form;
 use crate::input;
 use crate::options::machine::Cycles;
 use crate::options::part::OnMachine;
-use crate::options::{Interventions, Quality, number};
+use crate::options::{Interventions, Quality, number, threads, whole};
 use crate::output::{self, DONE, Failure, remark};
 use clap::{Args, ValueHint};
 use lostmotion::contour::ProgrammedSegment;
@@ -33,6 +33,9 @@ pub(crate) struct Plan {
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+    /// Threads to use at most; all cores, if left out. The plan does not depend on it
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
+    pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) on: OnMachine,
     #[command(flatten)]
@@ -81,6 +84,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         quality,
         interventions,
         bow_limit_um: args.bow_limit_um,
+        threads: threads(args.threads)?,
         ..args.on.options(&machine, SimulateOptions::default())?
     };
     let info = Simulation::new(&program, &machine)

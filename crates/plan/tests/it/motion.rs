@@ -1,7 +1,7 @@
 //! Times and states that have closed forms or follow from the contract.
 
 use crate::common::{
-    LIMITS, Program, assert_limits, cartesian, continuous, deviation, run, three_axes,
+    LIMITS, Program, assert_limits, cartesian, continuous, deviation, generate, run, three_axes,
 };
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, BlockRef, Coords, math};
@@ -284,6 +284,49 @@ fn samples_do_not_depend_on_how_they_are_taken() {
     assert!(all == take(1, 7));
     assert!(all == take(13, usize::MAX));
     assert_limits(&all, &[Some(LIMITS); 3]);
+}
+
+/// One half takes items on a thread of its own while the other plans what it took before.
+#[test]
+fn halves_at_work_at_the_same_time_give_the_samples_of_pushing() {
+    let varied = (0..40).map(|seed| {
+        let case = generate::varied(seed);
+        let items = case.program.moves.iter().map(|item| PlanItem::Move(*item));
+        (case.config, items.collect::<Vec<PlanItem>>())
+    });
+    let wave = (three_axes(), wave(3000).collect());
+    for (case, (config, items)) in varied.chain([wave]).enumerate() {
+        let planner = || Planner::new(config.clone(), cartesian(), Coords::ZERO).unwrap();
+        let (mut one, mut expected) = (planner(), Vec::new());
+        for item in &items {
+            one.push(*item).unwrap();
+        }
+        one.finish().unwrap();
+        while one.take(1000, &mut expected) > 0 {}
+        for lot in [1, 7, 400] {
+            let (mut two, mut samples) = (planner(), Vec::new());
+            let mut lots = items.chunks(lot);
+            let mut over = false;
+            while !over || two.is_behind() {
+                let (mut items, path) = two.halves();
+                std::thread::scope(|scope| {
+                    let planned = scope.spawn(|| path.plan());
+                    match lots.next() {
+                        Some(lot) => lot.iter().for_each(|item| items.push(*item).unwrap()),
+                        None => {
+                            items.finish();
+                            over = true;
+                        }
+                    }
+                    planned.join().unwrap().unwrap();
+                });
+                two.take(usize::MAX, &mut samples);
+            }
+            assert!(samples == expected, "case {case}, lots of {lot}");
+            assert_eq!(two.shortfalls(), one.shortfalls());
+            assert_eq!(two.held_pieces(), one.held_pieces());
+        }
+    }
 }
 
 #[test]

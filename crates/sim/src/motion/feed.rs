@@ -14,14 +14,16 @@ use crate::error::SimError;
 use crate::options::BowLimit;
 use crate::results::{PlanInfo, PlanShortfalls};
 use crate::setup::Setup;
-use lostmotion_base::{BlockRef, Coords, Tick};
+use lostmotion_base::{BlockRef, Coords, Tick, threads};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_gcode::MotionItem;
 use lostmotion_kinematics::TipControl;
 use lostmotion_plan::{
-    FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample, Shortfalls,
+    FeedLimit, ItemsIn, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample, Shortfalls,
 };
+use std::collections::VecDeque;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What was read, for the account of where time goes.
 #[derive(Clone, Debug)]
@@ -39,20 +41,23 @@ pub(crate) enum Note {
     ToolChange,
 }
 
+/// Pieces of path that are taken from the program at least and at most while those before are planned: as many as
+/// that takes time for. A choice: less would be at work in turns, more takes as much memory as the planner's window.
+const AHEAD_PIECES: [usize; 2] = [64, 4096];
+/// Blocks that are read meanwhile at most. A choice: a curve is found over up to 4096 lines at once.
+const AHEAD_BLOCKS: usize = 5000;
+/// Moves behind the last sample of a chunk that are read at most for what follows on the path: moves of rotary
+/// axes alone have no length. A choice.
+const MOST_FOLLOWING: u64 = 4096;
+
 /// A program on its way through the planner.
 pub(crate) struct Feed {
-    name: String,
-    reader: Reader,
+    reading: Reading,
     planner: Planner,
     config: PlannerConfig,
     paced: Option<Paced>,
     /// Of the commands that the drives get, which is coarser than the planner's under a pacer.
     command_period_s: f64,
-    bows: Option<Bows>,
-    modes: Modes,
-    stops: Option<Stops>,
-    /// The first move in other coordinates, which begins when the planner has come to rest.
-    held: Option<Read>,
     start_joints: Coords,
     /// Joints at the last sample of the plan.
     planned: Coords,
@@ -61,11 +66,32 @@ pub(crate) struct Feed {
     /// What the planners before it fell short of.
     shortfalls: Shortfalls,
     given: Tick,
+    /// Why the planner cannot go on, to be told once all samples before it have been given.
+    failed: Option<SimError>,
+    /// Path behind the last sample of a chunk that has been read with it, mm.
+    following_mm: f64,
+    /// Threads for reading and planning at the same time.
+    threads: usize,
+    last: Option<Sample>,
+}
+
+/// What reads the program for the planner.
+struct Reading {
+    name: String,
+    reader: Reader,
+    bows: Option<Bows>,
+    modes: Modes,
+    stops: Option<Stops>,
+    /// The first move in other coordinates, which begins when the planner has come to rest.
+    held: Option<Read>,
     segments: u64,
+    /// Where each move ends that no sample has left behind, mm of path, and its running number.
+    ends: VecDeque<(u64, f64)>,
     change: LimitChange,
     notes: Option<Vec<Note>>,
     over: bool,
-    last: Option<Sample>,
+    /// What is wrong with the program, to be told once all before it has been planned.
+    failed: Option<SimError>,
 }
 
 impl Feed {
@@ -73,12 +99,16 @@ impl Feed {
         Feed::changed(setup, LimitChange::NONE)
     }
 
+    /// Reads while it plans, with more than one thread.
+    pub(crate) fn on_threads(self, threads: usize) -> Feed {
+        Feed { threads, ..self }
+    }
+
     /// With notes of what is read.
     pub(crate) fn timed(setup: &Setup<'_>) -> Result<Feed, SimError> {
-        Ok(Feed {
-            notes: Some(Vec::new()),
-            ..Feed::new(setup)?
-        })
+        let mut feed = Feed::new(setup)?;
+        feed.reading.notes = Some(Vec::new());
+        Ok(feed)
     }
 
     /// On a machine, or of a program, with something changed.
@@ -107,35 +137,44 @@ impl Feed {
         let kinematics = Arc::clone(modes.kinematics(tip));
         // Before the first tool change no offset is in force.
         let start_joints = kinematics.inverse(&start, &[0.0; 3])?;
+        let planner = Bows::bound(
+            bows.as_ref(),
+            Planner::new(config.clone(), kinematics, start)?,
+        );
         Ok(Feed {
-            name: setup.program.name().to_owned(),
-            reader: Reader::new(setup)?,
+            reading: Reading {
+                name: setup.program.name().to_owned(),
+                reader: Reader::new(setup)?,
+                bows,
+                modes,
+                stops: Stops::new(machine),
+                held: None,
+                segments: 0,
+                ends: VecDeque::new(),
+                change,
+                notes: None,
+                over: false,
+                failed: None,
+            },
             start_joints,
             planned: start_joints,
-            planner: Bows::bound(
-                bows.as_ref(),
-                Planner::new(config.clone(), kinematics, start)?,
-            ),
+            planner,
             config,
             paced,
             command_period_s: machine.cycles().command().period_s(),
-            bows,
-            modes,
-            stops: Stops::new(machine),
-            held: None,
             before: (0, 0),
             shortfalls: Shortfalls::default(),
             given: 0,
-            segments: 0,
-            change,
-            notes: None,
-            over: false,
+            failed: None,
+            following_mm: options.contour.max_window_mm,
+            threads: 1,
             last: None,
         })
     }
 
     /// The next samples, at most `most`, none at the end; and the segments that were read on the
-    /// way.
+    /// way: at least those on the path that follows within what contour errors are sought on, so that no error
+    /// depends on how far was read.
     pub(crate) fn chunk(
         &mut self,
         most: usize,
@@ -153,11 +192,29 @@ impl Feed {
         } else {
             self.plan(most, samples, segments)
         };
-        if let Some(bows) = &mut self.bows {
+        if let Some(bows) = &mut self.reading.bows {
             bows.samples(samples);
         }
         self.last = samples.last().copied().or(self.last);
-        result
+        result?;
+        self.read_following(segments);
+        Ok(())
+    }
+
+    /// Reads what follows on the path.
+    fn read_following(&mut self, segments: &mut Vec<ProgrammedSegment>) {
+        let Some(last) = self.last else { return };
+        let Feed {
+            reading, planner, ..
+        } = self;
+        let (mut items, _) = planner.halves();
+        reading.leave(last.segment);
+        while reading.follows_mm() < self.following_mm && reading.is_open() {
+            if reading.segments - last.segment > MOST_FOLLOWING {
+                break;
+            }
+            reading.read_on(&mut items, segments);
+        }
     }
 
     /// The next samples of the plan, up to `most` in all.
@@ -177,29 +234,171 @@ impl Feed {
             }
             self.given += taken as Tick;
             self.planned = samples.last().map_or(self.planned, |last| last.position);
-            // The planner knows no more: it gets the next item, or comes to rest, and goes on in
+            // The planner knows no more: it gets the next items, or comes to rest, and goes on in
             // other coordinates if a move in those is waiting.
-            if taken == 0 {
-                // The planner has come to rest, so the waiting move may begin in its own
-                // coordinates.
-                if let Some(read) = self.held.take() {
-                    self.change_over(&read)?;
-                    self.push(&read, segments)?;
-                } else if self.over {
-                    break;
-                } else {
-                    self.read(segments)?;
-                }
+            if taken == 0 && !self.go_on(segments)? {
+                break;
             }
         }
         Ok(())
     }
 
+    /// Reads on, or plans what was read; the answer is false at the end.
+    fn go_on(&mut self, segments: &mut Vec<ProgrammedSegment>) -> Result<bool, SimError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        let Feed {
+            reading, planner, ..
+        } = self;
+        if reading.is_open() || planner.is_behind() {
+            // While the one half takes further items the other plans what it took before.
+            let (mut items, path) = planner.halves();
+            let is_planning = AtomicBool::new(false);
+            let plan = || {
+                is_planning.store(true, Ordering::Relaxed);
+                let planned = path.plan();
+                is_planning.store(false, Ordering::Relaxed);
+                planned
+            };
+            let read = || reading.read_ahead(&mut items, segments, &is_planning);
+            let ((), planned) = threads::join(self.threads, read, plan);
+            // What was planned before it is given first.
+            self.failed = planned.err().map(SimError::from);
+        } else if let Some(read) = reading.held.take() {
+            // The planner has come to rest, so the waiting move may begin in its own coordinates.
+            self.change_over(&read)?;
+            let (mut items, _) = self.planner.halves();
+            self.reading.push(&read, &mut items, segments)?;
+        } else if let Some(error) = reading.failed.take() {
+            return Err(error);
+        } else {
+            return Ok(false);
+        }
+        Ok(true)
+    }
+
+    /// Notes since the last call.
+    pub(crate) fn notes(&mut self) -> Vec<Note> {
+        self.reading
+            .notes
+            .as_mut()
+            .map(std::mem::take)
+            .unwrap_or_default()
+    }
+
+    /// How often the spindle has been told to start, stop or turn round.
+    pub(crate) fn spindle_events(&self) -> u64 {
+        self.reading.reader.spindle_events()
+    }
+
+    /// Goes on from rest in other coordinates.
+    fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
+        let kinematics = self.reading.modes.kinematics(read.tip);
+        // The joints stand where the last plan ended; only the words for the place change.
+        let start = kinematics.forward(&self.planned, &[0.0; 3]);
+        self.shortfalls += self.planner.shortfalls();
+        self.planner = Bows::bound(
+            self.reading.bows.as_ref(),
+            Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
+        );
+        // Offsets of samples and segments for the new planner's counts.
+        self.before = (self.given, self.reading.segments);
+        Ok(())
+    }
+
+    /// Tells how straight the tool goes, what the plan falls short of, and which interventions came
+    /// after the end of the motion.
+    pub(crate) fn tell(&self, plan: &mut PlanInfo) {
+        if let Some(bows) = &self.reading.bows {
+            bows.tell(plan);
+        }
+        let paced = self.paced.as_ref();
+        plan.late = paced.and_then(|paced| paced.left(self.command_period_s));
+        let mut shortfalls = self.shortfalls;
+        shortfalls += self.planner.shortfalls();
+        if let Some(paced) = paced {
+            shortfalls += paced.shortfalls();
+        }
+        plan.shortfalls = PlanShortfalls::of(shortfalls);
+    }
+
+    /// The last sample given out.
+    pub(crate) fn last(&self) -> Option<Sample> {
+        self.last
+    }
+
+    /// Which kinematics each segment goes through, as far as it has been read.
+    pub(crate) fn modes(&self) -> &Modes {
+        &self.reading.modes
+    }
+
+    /// Joints before the program.
+    pub(crate) fn start_joints(&self) -> Coords {
+        self.start_joints
+    }
+
+    /// How far into the program it has read, bytes.
+    pub(crate) fn bytes_done(&self) -> u64 {
+        self.reading.reader.bytes_done()
+    }
+}
+
+impl Reading {
+    /// Whether there is more to read before the planner has to come to rest.
+    fn is_open(&self) -> bool {
+        !self.over && self.held.is_none() && self.failed.is_none()
+    }
+
+    /// Forgets the ends of moves before this one.
+    fn leave(&mut self, segment: u64) {
+        while self.ends.front().is_some_and(|(index, _)| *index < segment) {
+            self.ends.pop_front();
+        }
+    }
+
+    /// Path that has been read behind the first move that is not forgotten, mm.
+    fn follows_mm(&self) -> f64 {
+        let (first, last) = (self.ends.front(), self.ends.back());
+        first
+            .zip(last)
+            .map_or(0.0, |(first, last)| last.1 - first.1)
+    }
+
+    /// Hands the planner the next items, as many as it takes to keep it busy.
+    fn read_ahead(
+        &mut self,
+        planner: &mut ItemsIn<'_>,
+        segments: &mut Vec<ProgrammedSegment>,
+        is_planning: &AtomicBool,
+    ) {
+        let [least, most] = AHEAD_PIECES;
+        let mut blocks = 0;
+        while self.is_open() && blocks < AHEAD_BLOCKS {
+            let waiting = planner.waiting();
+            if waiting >= most || waiting >= least && !is_planning.load(Ordering::Relaxed) {
+                break;
+            }
+            blocks += 1;
+            self.read_on(planner, segments);
+        }
+    }
+
+    /// Hands the planner one item more, or the end; what is wrong with it is told later.
+    fn read_on(&mut self, planner: &mut ItemsIn<'_>, segments: &mut Vec<ProgrammedSegment>) {
+        self.failed = self.read(planner, segments).err();
+    }
+
     /// Hands the planner one item more, or the end.
-    fn read(&mut self, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+    fn read(
+        &mut self,
+        planner: &mut ItemsIn<'_>,
+        segments: &mut Vec<ProgrammedSegment>,
+    ) -> Result<(), SimError> {
         let Some(read) = self.reader.next() else {
             self.over = true;
-            return Ok(self.planner.finish()?);
+            planner.finish();
+            return Ok(());
         };
         let read =
             read.map_err(|(problem, place)| self.reader.refused(&self.name, problem, place))?;
@@ -207,12 +406,18 @@ impl Feed {
         // blended.
         if matches!(read.item, MotionItem::Move(_)) && self.modes.begin(self.segments, read.tip) {
             self.held = Some(read);
-            return Ok(self.planner.finish()?);
+            planner.finish();
+            return Ok(());
         }
-        self.push(&read, segments)
+        self.push(&read, planner, segments)
     }
 
-    fn push(&mut self, read: &Read, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+    fn push(
+        &mut self,
+        read: &Read,
+        planner: &mut ItemsIn<'_>,
+        segments: &mut Vec<ProgrammedSegment>,
+    ) -> Result<(), SimError> {
         let origin = if let MotionItem::Move(motion) = &read.item {
             motion.origin
         } else {
@@ -228,11 +433,11 @@ impl Feed {
         match (&mut self.stops, item) {
             (Some(stops), PlanItem::Move(item)) => {
                 for item in stops.of_move(item) {
-                    self.hand(item, origin, read, segments)?;
+                    self.hand(item, (origin, read), planner, segments)?;
                 }
                 Ok(())
             }
-            (_, item) => self.hand(item, origin, read, segments),
+            (_, item) => self.hand(item, (origin, read), planner, segments),
         }
     }
 
@@ -240,11 +445,11 @@ impl Feed {
     fn hand(
         &mut self,
         item: PlanItem,
-        origin: Coords,
-        read: &Read,
+        (origin, read): (Coords, &Read),
+        planner: &mut ItemsIn<'_>,
         segments: &mut Vec<ProgrammedSegment>,
     ) -> Result<(), SimError> {
-        self.planner.push(item)?;
+        planner.push(item)?;
         // A stop of the control's own, not of the program.
         if let (PlanItem::Dwell(dwell), MotionItem::Move(_), Some(notes)) =
             (item, &read.item, &mut self.notes)
@@ -275,6 +480,13 @@ impl Feed {
                     item,
                 });
             }
+            let before_mm = self.ends.back().map_or(0.0, |(_, end_mm)| *end_mm);
+            let length_mm = if item.curve.moves_tip() {
+                item.curve.length()
+            } else {
+                0.0
+            };
+            self.ends.push_back((self.segments, before_mm + length_mm));
             self.segments += 1;
         }
         Ok(())
@@ -291,66 +503,5 @@ impl Feed {
             MotionItem::ToolChange { .. } => notes.push(Note::ToolChange),
             _ => {}
         }
-    }
-
-    /// Notes since the last call.
-    pub(crate) fn notes(&mut self) -> Vec<Note> {
-        self.notes.as_mut().map(std::mem::take).unwrap_or_default()
-    }
-
-    /// How often the spindle has been told to start, stop or turn round.
-    pub(crate) fn spindle_events(&self) -> u64 {
-        self.reader.spindle_events()
-    }
-
-    /// Goes on from rest in other coordinates.
-    fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
-        let kinematics = self.modes.kinematics(read.tip);
-        // The joints stand where the last plan ended; only the words for the place change.
-        let start = kinematics.forward(&self.planned, &[0.0; 3]);
-        self.shortfalls += self.planner.shortfalls();
-        self.planner = Bows::bound(
-            self.bows.as_ref(),
-            Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
-        );
-        // Offsets of samples and segments for the new planner's counts.
-        self.before = (self.given, self.segments);
-        Ok(())
-    }
-
-    /// Tells how straight the tool goes, what the plan falls short of, and which interventions came
-    /// after the end of the motion.
-    pub(crate) fn tell(&self, plan: &mut PlanInfo) {
-        if let Some(bows) = &self.bows {
-            bows.tell(plan);
-        }
-        let paced = self.paced.as_ref();
-        plan.late = paced.and_then(|paced| paced.left(self.command_period_s));
-        let mut shortfalls = self.shortfalls;
-        shortfalls += self.planner.shortfalls();
-        if let Some(paced) = paced {
-            shortfalls += paced.shortfalls();
-        }
-        plan.shortfalls = PlanShortfalls::of(shortfalls);
-    }
-
-    /// The last sample given out.
-    pub(crate) fn last(&self) -> Option<Sample> {
-        self.last
-    }
-
-    /// Which kinematics each segment goes through, as far as it has been read.
-    pub(crate) fn modes(&self) -> &Modes {
-        &self.modes
-    }
-
-    /// Joints before the program.
-    pub(crate) fn start_joints(&self) -> Coords {
-        self.start_joints
-    }
-
-    /// How far into the program it has read, bytes.
-    pub(crate) fn bytes_done(&self) -> u64 {
-        self.reader.bytes_done()
     }
 }

@@ -1,10 +1,9 @@
-//! One servo tick as every variant sees it: the command, and what the command itself and the
-//! machine without a gap make of it.
+//! One servo tick as every variant sees it: the command.
 
 use crate::limiter::Limiter;
 use crate::motion::Modes;
 use lostmotion_base::{Coords, Tick};
-use lostmotion_contour::{ContourInput, ContourSample};
+use lostmotion_contour::ContourInput;
 use lostmotion_kinematics::ToolPose;
 use lostmotion_plan::Sample;
 use std::collections::VecDeque;
@@ -27,12 +26,6 @@ pub struct Frame {
     pub moving: bool,
     /// Commanded tool.
     pub pose: ToolPose,
-    /// Commanded tip from the program's zero, mm.
-    pub(crate) tip_mm: [f64; 3],
-    /// Contour error of the command itself.
-    pub(crate) command: ContourSample,
-    /// Contour error of the machine without a gap.
-    pub(crate) without_gap: ContourSample,
 }
 
 /// What the tracker is asked: a tool that should be at the frame's command.
@@ -72,8 +65,7 @@ impl Aligner {
         }
     }
 
-    /// The frames of a chunk, without the errors of command and machine without a gap. Servo
-    /// samples before the first command are left out. Limiters come with the samples, or not at all.
+    /// The frames of a chunk. Servo samples before the first command are left out. Limiters come with the samples, or not at all.
     pub(crate) fn frames(
         &mut self,
         (samples, limiters): (&[Sample], &[Option<Limiter>]),
@@ -110,9 +102,6 @@ impl Aligner {
                 is_command_tick: part == 0,
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL_PER_S),
                 pose: modes.at(sample.segment).tool_pose(&joints, &sample.tool_mm),
-                tip_mm: [0.0; 3],
-                command: ContourSample::default(),
-                without_gap: ContourSample::default(),
             });
         }
         // The last samples of this chunk are answered by ticks of the next one.

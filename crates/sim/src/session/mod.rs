@@ -11,8 +11,10 @@
 //! rehearsal the start of the program with what drives have learned -> how far they may correct (rehearsal.rs)
 //! contours two contours of one motion, side by side               (contours.rs)
 //! frame    servo ticks paired with the commands they answer to     (frame.rs)
+//! ahead    program -> chunks of the plan, ahead of the axes        (ahead.rs)
 //! stepper  chunk by chunk: plan, forces, axes, ticks               (stepper.rs)
 //! monitor  following error, travel, overload: where the machine stops (monitor.rs)
+//! references contour errors that methods are held against    (references.rs)
 //! recorder load positions -> contour errors, added up              (recorder.rs)
 //! run      the loop: step, judge, report                           (run.rs)
 //! collect  sums -> results                                         (collect.rs, rows.rs)
@@ -20,6 +22,7 @@
 //! ```
 
 mod advice;
+mod ahead;
 mod bank;
 mod collect;
 mod contours;
@@ -31,6 +34,7 @@ mod lane;
 mod monitor;
 mod outputs;
 mod recorder;
+mod references;
 mod rehearsal;
 mod rows;
 mod run;
@@ -39,6 +43,7 @@ mod stepper;
 mod variant;
 
 pub(crate) use advice::{unsafe_but_for_gap, worse};
+pub(crate) use ahead::Ahead;
 pub(crate) use collect::unseen_gaps;
 pub use frame::Frame;
 pub(crate) use guard::Rehearsals;

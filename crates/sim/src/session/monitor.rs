@@ -106,7 +106,7 @@ impl Monitor {
             allowed,
             tick: frame.tick,
             block: frame.sample.block,
-            at_mm: frame.tip_mm,
+            at_mm: frame.pose.tip,
             drives: (0..self.motors.len()).filter_map(seen).collect(),
         })
     }

@@ -3,6 +3,7 @@
 use super::frame::{Frame, contour_input};
 use super::monitor::Stop;
 use super::outputs::Outputs;
+use super::references::Reference;
 use super::rows;
 use super::stepper::Chunk;
 use crate::error::SimError;
@@ -11,7 +12,7 @@ use crate::options::SimulateOptions;
 use lostmotion_base::vec::sub;
 use lostmotion_base::{BlockRef, Clock};
 use lostmotion_contour::{
-    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
+    BlockLedger, BlockRow, CauseRule, ContourSample, ContourTracker, ErrorRecord, FootState, Place,
     ReversalConfig, ReversalLedger, ReversalRow, ReversalState, Shares, Statistics,
 };
 use lostmotion_drive::config::Cycles;
@@ -22,6 +23,8 @@ pub(crate) struct Recorder {
     variant: usize,
     servo: Clock,
     foot: FootState,
+    /// What was measured in the last frames.
+    samples: Vec<ContourSample>,
     rule: CauseRule,
     reversal_config: ReversalConfig,
     reversals: ReversalState,
@@ -59,6 +62,7 @@ impl Recorder {
         Recorder {
             variant,
             foot: FootState::default(),
+            samples: Vec::new(),
             rule: CauseRule {
                 reversal_window_ticks: window,
             },
@@ -81,11 +85,20 @@ impl Recorder {
         }
     }
 
-    /// Takes a chunk.
-    pub(crate) fn chunk(
+    /// Forgets what it has of the chunk before.
+    pub(crate) fn begin(&mut self) {
+        self.finished_blocks.clear();
+        self.finished_turns.clear();
+        if let Some(points) = &mut self.points {
+            points.clear();
+        }
+    }
+
+    /// Measures some frames of a chunk, up to where the machine stops.
+    pub(crate) fn measure(
         &mut self,
+        frames: &[Frame],
         Chunk {
-            frames,
             outputs,
             modes,
             stops,
@@ -93,26 +106,15 @@ impl Recorder {
         }: &Chunk,
         tracker: &ContourTracker,
     ) -> Result<(), SimError> {
-        let stops = stops.get(self.variant).and_then(Option::as_ref);
-        self.finished_blocks.clear();
-        self.finished_turns.clear();
-        if let Some(points) = &mut self.points {
-            points.clear();
+        self.samples.clear();
+        // What a machine does that its control has stopped is no contour error.
+        if self.stop.is_some() {
+            return Ok(());
         }
+        let stops = stops.get(self.variant).and_then(Option::as_ref);
         for frame in frames {
-            // What a machine does that its control has stopped is no contour error.
-            if let Some(stop) = stops.filter(|stop| stop.tick == frame.tick) {
-                self.stop = Some(Stop {
-                    at_mm: frame.tip_mm,
-                    ..stop.clone()
-                });
-            }
-            if self.stop.is_some() {
+            if stops.is_some_and(|stop| stop.tick == frame.tick) {
                 break;
-            }
-            // Reversals are those of the commanded velocity, which changes once a command cycle.
-            if frame.is_command_tick {
-                self.watch_reversals(frame);
             }
             let joints = outputs.load(self.variant, frame.servo_sample);
             // Forward kinematics of the loads: where the tool is, in the part's frame.
@@ -120,18 +122,61 @@ impl Recorder {
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
+            self.samples.push(sample);
+        }
+        Ok(())
+    }
+
+    /// What was measured last.
+    pub(crate) fn measured(&self) -> Vec<ContourSample> {
+        self.samples.clone()
+    }
+
+    /// Adds up what was measured in some frames of a chunk, each with what it is held against.
+    pub(crate) fn record<'a>(
+        &mut self,
+        frames: impl Iterator<Item = (&'a Frame, Reference<'a>)>,
+        Chunk {
+            outputs,
+            modes,
+            stops,
+            ..
+        }: &Chunk,
+        tracker: &ContourTracker,
+    ) {
+        if self.stop.is_some() {
+            return;
+        }
+        let stops = stops.get(self.variant).and_then(Option::as_ref);
+        let samples = std::mem::take(&mut self.samples);
+        let mut measured = samples.iter();
+        for (frame, reference) in frames {
+            if let Some(stop) = stops.filter(|stop| stop.tick == frame.tick) {
+                self.stop = Some(Stop {
+                    at_mm: reference.tip_mm,
+                    ..stop.clone()
+                });
+                break;
+            }
+            let Some(&sample) = measured.next() else {
+                break;
+            };
+            // Reversals are those of the commanded velocity, which changes once a command cycle.
+            if frame.is_command_tick {
+                self.watch_reversals(frame, reference.without_gap.rapid);
+            }
             // The error of the command, what the machine without a gap adds to it, and what the gap
             // adds to that.
-            let shares = Shares::of(&frame.command, &frame.without_gap, &sample);
+            let shares = Shares::of(reference.command, reference.without_gap, &sample);
             // Laid to the largest share, and to a reversal if one lies within the window before.
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
             // Places go with the block that the error is counted to: past a change of the zero the
             // foot is still on the path before it, or already on the one behind it.
             let commanded_tip_mm = if sample.segment == frame.sample.segment {
-                frame.tip_mm
+                reference.tip_mm
             } else {
                 let of_foot = tracker.segment(sample.segment);
-                of_foot.map_or(frame.tip_mm, |of_foot| {
+                of_foot.map_or(reference.tip_mm, |of_foot| {
                     sub(frame.pose.tip, of_foot.origin_mm)
                 })
             };
@@ -158,22 +203,19 @@ impl Recorder {
                 self.count(frame, &record, outputs);
             }
         }
-        Ok(())
+        self.samples = samples;
     }
 
-    fn watch_reversals(&mut self, frame: &Frame) {
+    fn watch_reversals(&mut self, frame: &Frame, rapid: bool) {
         let sample = &frame.sample;
         for reversal in self
             .reversal_config
             .step(&mut self.reversals, frame.tick, &sample.velocity)
         {
             // An axis that turns again within the window closes its earlier reversal.
-            let before = self.turns.open(
-                reversal,
-                sample.segment,
-                sample.block,
-                frame.without_gap.rapid,
-            );
+            let before = self
+                .turns
+                .open(reversal, sample.segment, sample.block, rapid);
             self.finished_turns.extend(before);
         }
     }

@@ -1,10 +1,10 @@
 //! The loop: all axes of all variants through a chunk of the plan, all contour errors of the one
 //! before, and again.
 
-use super::frame::contour_input;
 use super::guard::Rehearsals;
 use super::outputs::Kept;
 use super::recorder::Recorder;
+use super::references::Command;
 use super::rehearsal::Rehearser;
 use super::rows;
 use super::stepper::{Chunk, Stepper};
@@ -17,7 +17,7 @@ use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
 use lostmotion_base::{Clock, Tick, threads};
-use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
+use lostmotion_contour::{ContourTracker, Statistics};
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::SourceFiles;
 use lostmotion_methods::Misled;
@@ -104,7 +104,7 @@ fn run_on(
         }
         more = stepped?;
     }
-    judge.chunk(&mut stepper.chunk, &stepper.tracker, threads)?;
+    judge.chunk(&stepper.chunk, &stepper.tracker, threads)?;
     told(&mut judge, &mut stepper, true, (audience, &mut texts))?;
     // Rows of the last blocks and reversals stay open until the end of the program.
     for recorder in &mut judge.recorders {
@@ -114,13 +114,13 @@ fn run_on(
         judge.report_rows(*observer, texts);
     }
     let mut straightness = PlanInfo::default();
-    stepper.feed.tell(&mut straightness);
+    stepper.tell(&mut straightness);
     Ok(Tally {
         misled: misled.to_vec(),
         cycles: setup.machine.cycles(),
         stepper,
         recorders: judge.recorders,
-        command: judge.command,
+        command: judge.command.cutting,
         straightness,
     })
 }
@@ -162,9 +162,7 @@ fn told(
 /// Measures the contour error of the command, of the machine without a gap, and of every variant.
 struct Judge {
     servo: Clock,
-    command_foot: FootState,
-    without_gap_foot: FootState,
-    command: Statistics,
+    command: Command,
     recorders: Vec<Recorder>,
     /// How many of the variants are methods: those behind the machine without a gap.
     methods: usize,
@@ -172,6 +170,9 @@ struct Judge {
     motors: Vec<MotorPoint>,
 }
 
+/// Frames that are measured before they are recorded. A choice: what is kept of them in between takes 200 kB a
+/// variant, and threads have enough to share.
+const MEASURED_FRAMES: usize = 1000;
 /// Frames whose motors are handed out together. A choice: what they take stays in the processor's
 /// cache until it is read.
 const MOTOR_FRAMES: usize = 128;
@@ -193,9 +194,7 @@ impl Judge {
         };
         Judge {
             servo: cycles.servo(),
-            command_foot: FootState::default(),
-            without_gap_foot: FootState::default(),
-            command: Statistics::default(),
+            command: Command::default(),
             recorders: (0..variants).map(recorder).collect(),
             methods,
             motors: Vec::new(),
@@ -205,18 +204,34 @@ impl Judge {
     /// Measures a chunk.
     fn chunk(
         &mut self,
-        chunk: &mut Chunk,
+        chunk: &Chunk,
         tracker: &ContourTracker,
         threads: usize,
     ) -> Result<(), SimError> {
-        // First what all recorders read from the frames: they run side by side afterwards.
-        self.measure_references(chunk, tracker)?;
-        let chunk = &*chunk;
-        let record = |recorder: &mut Recorder| recorder.chunk(chunk, tracker);
-        // Collected in the order of the variants, so that the first error does not depend on the
-        // number of threads.
-        let results = threads::map(threads, self.recorders.iter_mut(), record);
-        results.into_iter().collect()
+        self.recorders.iter_mut().for_each(Recorder::begin);
+        for frames in chunk.frames.chunks(MEASURED_FRAMES) {
+            let Judge {
+                command, recorders, ..
+            } = self;
+            // Collected in the order of the variants, so that the first error does not depend on the
+            // number of threads.
+            let measure = |recorder: &mut Recorder| recorder.measure(frames, chunk, tracker);
+            let (commanded, moved) = threads::join(
+                threads,
+                || command.measure(frames, tracker),
+                || threads::map(threads, recorders.iter_mut(), measure),
+            );
+            commanded?;
+            moved.into_iter().collect::<Result<(), SimError>>()?;
+            // All are held against the first.
+            let without_gap = recorders[WITHOUT_GAP].measured();
+            let record = |recorder: &mut Recorder| {
+                let references = command.beside(&without_gap);
+                recorder.record(frames.iter().zip(references), chunk, tracker);
+            };
+            threads::map(threads, recorders.iter_mut(), record);
+        }
+        Ok(())
     }
 
     /// Closes the rows of segments that no later sample can touch.
@@ -224,45 +239,6 @@ impl Judge {
         for recorder in &mut self.recorders {
             recorder.close_before(segment);
         }
-    }
-
-    /// Contour errors of the command itself and of the machine without a gap: what every method is
-    /// held against.
-    fn measure_references(
-        &mut self,
-        chunk: &mut Chunk,
-        tracker: &ContourTracker,
-    ) -> Result<(), SimError> {
-        let (outputs, modes) = (&chunk.outputs, &chunk.modes);
-        for frame in &mut chunk.frames {
-            // Contour error of the command: the reference as the tool, so what is left is G64's
-            // blending and the interpolation.
-            let command =
-                tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
-            // The same tick on the machine without a gap: command plus servo.
-            let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
-            let actual = modes
-                .at(frame.sample.segment)
-                .tool_pose(&joints, &frame.sample.tool_mm);
-            frame.command = command;
-            // Results name places as the program does: from its work offset, not from machine zero.
-            let origin = tracker
-                .segment(frame.sample.segment)
-                .map_or([0.0; 3], |segment| segment.origin_mm);
-            frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);
-            frame.without_gap =
-                tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
-            // Rapids and standstill would dilute the RMS and percentiles of what is cut.
-            if frame.moving && !command.rapid {
-                let place = Place {
-                    tick: frame.tick,
-                    segment: command.segment,
-                    s: command.s,
-                };
-                self.command.push(command.error_mm, place);
-            }
-        }
-        Ok(())
     }
 
     /// The recorders of the methods, by their number.

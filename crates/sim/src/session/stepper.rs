@@ -2,9 +2,10 @@
 //! servo ticks. What is made of the ticks is others' business: the judge of a run, or a
 //! [`TickSink`].
 //!
-//! While the axes take a chunk the next one is planned, and whoever judges looks at the one before:
+//! While the axes take a chunk whoever judges looks at the one before, and the plan goes on ahead (`ahead`):
 //! three jobs that share nothing, side by side where there are threads, in turn where there is one.
 
+use super::ahead::Ahead;
 use super::bank::Bank;
 use super::cutting::Cutting;
 use super::frame::{Aligner, Frame};
@@ -16,57 +17,12 @@ use crate::error::{SimError, SinkError};
 use crate::limiter::{Along, Limiter};
 use crate::motion::{Feed, Modes};
 use crate::observer::{ForeseenContour, Progress};
-use crate::results::LimitsUsed;
+use crate::results::{LimitsUsed, PlanInfo};
 use crate::setup::Setup;
 use lostmotion_base::{AxisId, Clock, Coords, Tick, threads};
-use lostmotion_contour::{
-    ContourError, ContourInput, ContourSample, ContourTracker, FootState, ProgrammedSegment,
-};
+use lostmotion_contour::{ContourError, ContourInput, ContourSample, ContourTracker, FootState};
 use lostmotion_drive::{AxisSample, Learning};
 use lostmotion_plan::Sample;
-
-/// A chunk of the plan that no axis has taken yet.
-struct Planned {
-    samples: Vec<Sample>,
-    /// By sample, what limits the motion up to it; empty where nobody asks.
-    limiters: Vec<Option<Limiter>>,
-    /// What was read on the way.
-    segments: Vec<ProgrammedSegment>,
-    modes: Modes,
-    bytes_done: u64,
-    /// The last sample of the plan up to its end.
-    last: Option<Sample>,
-    error: Option<SimError>,
-}
-
-impl Planned {
-    fn new(feed: &Feed) -> Planned {
-        Planned {
-            samples: Vec::new(),
-            limiters: Vec::new(),
-            segments: Vec::new(),
-            modes: feed.modes().clone(),
-            bytes_done: 0,
-            last: None,
-            error: None,
-        }
-    }
-
-    /// Takes the next samples, at most `most`, and what limits them if somebody goes along.
-    fn take(&mut self, (feed, along): (&mut Feed, &mut Option<Along>), most: usize) {
-        let planned = feed.chunk(most, &mut self.samples, &mut self.segments);
-        self.error = planned.err();
-        self.modes.clone_from(feed.modes());
-        self.limiters.clear();
-        if let Some(along) = along {
-            let intervals = along.chunk(&self.samples, feed.notes(), feed.modes());
-            let limiters = intervals.map(|interval| Some(interval?.limiter));
-            self.limiters.extend(limiters);
-        }
-        self.bytes_done = feed.bytes_done();
-        self.last = feed.last();
-    }
-}
 
 /// A chunk of the plan, and what the axes have made of it.
 pub(crate) struct Chunk {
@@ -114,11 +70,9 @@ impl Chunk {
 
 /// A machine on its way through a program.
 pub(crate) struct Stepper {
-    pub(crate) feed: Feed,
-    /// Who says what limits the plan, if somebody asks.
-    along: Option<Along>,
-    /// The chunk that the axes take next, once the first one is planned.
-    planned: Option<Planned>,
+    ahead: Ahead,
+    /// Whether there is a chunk before.
+    begun: bool,
     cutting: Option<Cutting>,
     pub(crate) tracker: ContourTracker,
     aligner: Aligner,
@@ -128,7 +82,6 @@ pub(crate) struct Stepper {
     before: Chunk,
     total_bytes: u64,
     command: Clock,
-    chunk_samples: usize,
     max_duration_s: f64,
     threads: usize,
     /// Whether what the drives know is kept with each chunk.
@@ -157,7 +110,8 @@ impl Stepper {
             Feed::timed(setup)?
         } else {
             Feed::new(setup)?
-        };
+        }
+        .on_threads(threads);
         let start = feed.start_joints();
         // The axes settle at the first position before any sample comes.
         let memory = options.learned.as_deref();
@@ -169,6 +123,7 @@ impl Stepper {
             memory,
             rehearsals,
         )?;
+        let along = kept.limiters.then(|| Along::new(setup, feed.modes()));
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
             cutting: Cutting::new(
@@ -178,14 +133,13 @@ impl Stepper {
                 machine.rotary_joints(),
                 letters,
             ),
-            planned: None,
+            begun: false,
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), machine.cycles().servo_ticks()),
             chunk: Chunk::new(feed.modes(), &bank),
             before: Chunk::new(feed.modes(), &bank),
             total_bytes: setup.program.len().unwrap_or(0),
             command: machine.cycles().command(),
-            chunk_samples: options.chunk_samples,
             max_duration_s: options.max_duration_s,
             threads,
             with_learning: kept.learning,
@@ -200,8 +154,7 @@ impl Stepper {
             peak_velocity: Coords::ZERO,
             range: [start, start],
             bank,
-            along: kept.limiters.then(|| Along::new(setup, feed.modes())),
-            feed,
+            ahead: Ahead::new(feed, along, options.chunk_samples, threads),
         })
     }
 
@@ -217,12 +170,10 @@ impl Stepper {
         beside: impl FnOnce(&mut Chunk, &ContourTracker) -> T + Send,
     ) -> (Option<T>, Result<bool, SimError>) {
         std::mem::swap(&mut self.chunk, &mut self.before);
-        let is_first = self.planned.is_none();
+        let is_first = !self.begun;
+        self.begun = true;
         let begun = self.begin();
         let Stepper {
-            feed,
-            along,
-            planned,
             tracker,
             aligner,
             bank,
@@ -238,8 +189,8 @@ impl Stepper {
             Ok(forces) => forces,
             Err(error) => return (look(), Err(error)),
         };
-        let (most, over, with_learning) = (self.chunk_samples, chunk.over, self.with_learning);
-        let mut axes = || {
+        let (over, with_learning) = (chunk.over, self.with_learning);
+        let axes = || {
             let path = (tracker, &chunk.modes);
             bank.run(
                 &chunk.samples,
@@ -278,20 +229,7 @@ impl Stepper {
             }
             Ok(())
         };
-        let mut plan = || {
-            if let Some(planned) = planned.as_mut().filter(|_| !over) {
-                planned.take((feed, along), most);
-            }
-        };
-        let (looked, axes) = if self.threads > 1 {
-            // Idle threads take what was put aside first: the plan, then the look.
-            let ((axes, looked), ()) = threads::join(|| threads::join(axes, look), plan);
-            (looked, axes)
-        } else {
-            let (looked, axes) = (look(), axes());
-            plan();
-            (looked, axes)
-        };
+        let (axes, looked) = threads::join(self.threads, axes, look);
         (looked, axes.map(|()| !over))
     }
 
@@ -303,12 +241,7 @@ impl Stepper {
                 limit_s: self.max_duration_s,
             });
         }
-        let (feed, along, most) = (&mut self.feed, &mut self.along, self.chunk_samples);
-        let planned = self.planned.get_or_insert_with(|| {
-            let mut first = Planned::new(feed);
-            first.take((feed, along), most);
-            first
-        });
+        let mut planned = self.ahead.next();
         if let Some(error) = planned.error.take() {
             return Err(error);
         }
@@ -336,12 +269,14 @@ impl Stepper {
             chunk.samples.extend(rest.into_iter().flat_map(late));
         }
         self.count += chunk.samples.len() as Tick;
+        let bytes_done = planned.bytes_done;
+        self.ahead.done_with(planned);
         chunk.progress = Progress {
             // What stands behind the program's end is not read.
             done_bytes: if chunk.over {
-                planned.bytes_done.max(self.total_bytes)
+                bytes_done.max(self.total_bytes)
             } else {
-                planned.bytes_done
+                bytes_done
             },
             total_bytes: self.total_bytes,
             simulated_s: self.command.seconds(self.count),
@@ -371,6 +306,12 @@ impl Stepper {
     /// drives.
     pub(crate) fn limits_used(&self, variant: usize, drive: usize) -> Option<LimitsUsed> {
         self.monitors.get(variant)?.as_ref()?.used(drive)
+    }
+
+    /// Tells how straight the tool goes, what the plan falls short of, and which interventions came after the
+    /// end of the motion.
+    pub(crate) fn tell(&self, plan: &mut PlanInfo) {
+        self.ahead.tell(plan);
     }
 
     /// Forgets segments that no sample behind a place can touch, and no guard; gives the first that is

@@ -44,6 +44,7 @@ mod split;
 mod stops;
 mod stops_end;
 mod testpart;
+mod threads;
 mod time;
 mod travel;
 mod tube;
