@@ -13,7 +13,10 @@
 //! ```
 //! Of a gap that several readings agree on, larger ones are kept apart until as many in a row agree with
 //! each other: where a traverse is right the contact is soft and shows little, and readings of it may run
-//! away, each larger than the one before. Smaller ones have to be more than those that agree with it: a load
+//! away, each larger than the one before. While a correction is in use that holds from the first reading on:
+//! one that is too long throws the load, so that the gap seems larger yet. As many that agree then speak
+//! against the correction, and not for a larger gap: all is forgotten, and read anew without one.
+//! Smaller ones have to be more than those that agree with it: a load
 //! that still bounces when its axis comes back again is read to have crossed a part of the gap.
 //!
 //! Where the flank wavered, the motor may have crossed more than once, and the distances add up:
@@ -89,14 +92,27 @@ pub(super) enum Consensus {
     /// Of those with half as many readings as the largest, two at least, the one with the smallest
     /// value, for quantities of which less is safe: a gap that is too small only leaves a part of
     /// the error. Readings near each other agree whatever their variances.
-    Least,
+    Least {
+        /// Whether a correction was in use at the crossing.
+        corrected: bool,
+    },
 }
 
 impl Consensus {
     fn near_share(self) -> f64 {
         match self {
             Consensus::Largest => 0.0,
-            Consensus::Least => NEAR_SHARE,
+            Consensus::Least { .. } => NEAR_SHARE,
+        }
+    }
+
+    /// How many readings have to agree for larger ones to be kept apart; `None` for never.
+    fn established(self) -> Option<u32> {
+        match self {
+            Consensus::Largest => None,
+            // a traverse that is too long throws the load, and its gap seems larger yet
+            Consensus::Least { corrected: true } => Some(1),
+            Consensus::Least { corrected: false } => Some(ESTABLISHED),
         }
     }
 }
@@ -168,8 +184,7 @@ impl Readings {
             wavered,
             alone,
         };
-        let larger = rule == Consensus::Least
-            && self.count >= ESTABLISHED
+        let larger = rule.established().is_some_and(|least| self.count >= least)
             && value > (1.0 + NEAR_SHARE) * self.value;
         if !larger {
             self.rivals = [None; RIVALS];
@@ -177,6 +192,14 @@ impl Readings {
             self.recent.rotate_right(1);
             self.recent[0] = Some(new);
         } else if !self.rival(new) {
+            return;
+        } else if rule == (Consensus::Least { corrected: true }) {
+            // they contradict the correction that they were read with
+            *self = Readings {
+                seen: self.seen,
+                hints: self.hints,
+                ..Readings::default()
+            };
             return;
         }
         // consensus: the group around each reading in turn; of equal ones the first, which holds
@@ -192,8 +215,8 @@ impl Readings {
         let believed = match rule {
             Consensus::Largest => f64::NEG_INFINITY..=f64::INFINITY,
             // no smaller group outnumbers the one that several readings agreed on
-            Consensus::Least if standing == Some(largest) => around(self.value, self.value),
-            Consensus::Least => {
+            Consensus::Least { .. } if standing == Some(largest) => around(self.value, self.value),
+            Consensus::Least { .. } => {
                 let enough = largest.div_ceil(2).max(2).min(largest);
                 let least = groups
                     .iter()
@@ -349,6 +372,8 @@ impl Readings {
 mod tests {
     use super::*;
 
+    const UNCORRECTED: Consensus = Consensus::Least { corrected: false };
+
     /// Readings of a zigzag whose rows are a millimetre apart (550127-1), um: of 65.6.
     #[test]
     fn a_gap_that_is_known_is_not_given_up_for_a_few_smaller_readings() {
@@ -367,7 +392,7 @@ mod tests {
             (65.46, 0.18),
             (7.24, 1.45),
         ] {
-            readings.take_by(Consensus::Least, value, deviation * deviation, false, true);
+            readings.take_by(UNCORRECTED, value, deviation * deviation, false, true);
             assert!(
                 (64.0..68.0).contains(&readings.used()),
                 "{value}: {readings:?}"
@@ -375,9 +400,35 @@ mod tests {
         }
         // until they are more
         for _ in 0..5 {
-            readings.take_by(Consensus::Least, 7.0, 0.5, false, true);
+            readings.take_by(UNCORRECTED, 7.0, 0.5, false, true);
         }
         assert!((6.0..8.0).contains(&readings.used()), "{readings:?}");
+    }
+
+    /// A corner of a square whose correction threw the load (20261130-31), um: of 9.8.
+    #[test]
+    fn larger_readings_with_a_correction_speak_against_it() {
+        let mut readings = Readings::default();
+        readings.take_by(UNCORRECTED, 17.6, 0.16, false, true);
+        let corrected = Consensus::Least { corrected: true };
+        for value in [31.4, 31.7, 31.2, 31.0, 31.6] {
+            readings.take_by(corrected, value, 2.0, false, true);
+            assert!(
+                (readings.used() - 17.6).abs() < 1e-9,
+                "{value}: {readings:?}"
+            );
+        }
+        readings.take_by(corrected, 31.2, 2.0, false, true);
+        assert!(
+            readings.used() == 0.0 && readings.count == 0,
+            "{readings:?}"
+        );
+        // without one two of them outvote it
+        let mut readings = Readings::default();
+        for value in [17.6, 31.4, 31.7] {
+            readings.take_by(UNCORRECTED, value, 0.16, false, true);
+        }
+        assert!((readings.used() - 31.5).abs() < 0.2, "{readings:?}");
     }
 
     #[test]
@@ -476,7 +527,7 @@ mod tests {
         let mut known = Readings::known(1.0, 1e-6, 8);
         // as contacts of a right traverse ran away
         let mut take = |value: f64| {
-            known.take_by(Consensus::Least, value, 1e-6, false, true);
+            known.take_by(UNCORRECTED, value, 1e-6, false, true);
             known.used()
         };
         for value in [1.18, 1.27, 1.41, 1.54, 1.64, 1.73, 1.58, 1.83, 1.67] {
@@ -493,7 +544,7 @@ mod tests {
     fn readings_of_no_gap_outvote_a_few_false_ones() {
         let mut known = Readings::default();
         for value in [0.02, 0.6, 0.02, 0.03, 0.55, 0.02, 0.02] {
-            known.take_by(Consensus::Least, value, 1e-3, false, true);
+            known.take_by(UNCORRECTED, value, 1e-3, false, true);
         }
         assert!(known.value < 0.05 && known.used() == 0.0, "{known:?}");
     }

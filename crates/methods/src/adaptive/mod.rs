@@ -27,10 +27,11 @@
 //! gap      b = argmin sum (theta_M measured - theta_M(b, load, k, F_M))^2/S + prior, rad
 //! ```
 //!
-//! Until it is confident it does nothing: one reading of a clear contact is enough; of several that
-//! contradict each other the smallest is used; otherwise two have to agree. At
-//! rest the gap of a load that sticks is crossed where the motor's own torque shows that it is
-//! about to set out: a learned load predicts that less well than a known one. Servo, references and
+//! Until it is confident it does nothing: one reading of a clear contact is enough, if its load has the
+//! friction that motion shows; of several that contradict each other the smallest is used; otherwise two
+//! have to agree. Larger ones that come with a correction speak against it. Until readings agree on a load
+//! that has moved both ways, at rest the gap of one that sticks is crossed where the motor's own torque
+//! shows that it is about to set out: a load that is learned roughly predicts that less well. Servo, references and
 //! cutting forces before the crossing do not enter a reading; only the motor's own equation and its
 //! data sheet do.
 //!
@@ -296,7 +297,7 @@ impl Adaptive {
     /// Starts to read the window that is complete, unless another one is being read or the load is unknown.
     fn begin_reading(&self, state: &mut AdaptiveState) {
         let pauses = state.gap.count >= READINGS_TO_PAUSE
-            && state.crossing.trusts_twin
+            && state.learning.is_anchored()
             && state.since_reading < READING_PAUSE_TICKS;
         if !state.learning.known || state.reading.is_some() || pauses {
             state.watch.complete.clear();
@@ -305,6 +306,7 @@ impl Adaptive {
         // the two change places: a window's memory is used again and again
         swap(&mut state.watch.complete, &mut state.read);
         state.since_reading = 0;
+        state.read.corrected = state.crossing.ahead()[0] != 0.0;
         let prior = Prior {
             load: state.load,
             covariance: state
@@ -338,6 +340,7 @@ impl Adaptive {
         let hidden = said.wavered && state.read.hides();
         // what was off its flank during the warm-up shows another load
         let settled = !state.read.unsettled;
+        let corrected = state.read.corrected;
         state.read.clear();
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
@@ -352,11 +355,13 @@ impl Adaptive {
             } else {
                 0.0
             };
-            let alone =
-                said.misfit < ALONE_MISFIT && said.evidence > CLEAR_EVIDENCE && !said.wavered;
+            let alone = said.misfit < ALONE_MISFIT
+                && said.evidence > CLEAR_EVIDENCE
+                && !said.wavered
+                && said.agrees_on(state.load.coulomb);
             // single readings only count alone over one crossing that is explained and beyond doubt
             state.gap.take_by(
-                Consensus::Least,
+                Consensus::Least { corrected },
                 said.half_gap.max(LEAST_HALF_GAP_SHARE * self.negligible),
                 said.variance + faint * faint,
                 said.wavered,
@@ -377,7 +382,8 @@ impl Adaptive {
                 .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
             if agrees {
                 state.learning.anchor(said.load.0[0] / self.motor.inertia);
-                state.crossing.trusts_twin = state.learning.is_anchored();
+                state.crossing.trusts_twin = state.learning.is_anchored()
+                    || state.gap.count > 1 && state.trust.moved_both_ways();
             }
         }
         // what is used by hints alone gives way to anything smaller, however little it shows: a traverse that

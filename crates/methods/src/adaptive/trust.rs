@@ -44,6 +44,9 @@ const SHORT_RAMP: f64 = 0.1;
 /// Rest after which an axis is taken to hold its load as others do, and a reading that does not count alone
 /// is used, s. A choice: longer than pauses; at once a square whose axes rest in turn is made worse (808-21).
 const LONG_REST_S: f64 = 2.0;
+/// How often an axis has to come back to have moved to and fro. A choice: the tool's axis goes up and down
+/// once before it cuts, at one feed.
+const LEAST_RETURNS: u32 = 2;
 /// Time constant with which the largest speed and acceleration fade, s. A choice: a rapid is forgotten in a
 /// slow cut, and a corner not before the next one.
 const FADING_S: f64 = 4.0;
@@ -70,6 +73,9 @@ pub(super) struct Trust {
     /// Whether the reference moves, and servo ticks since it last did.
     moves: bool,
     rested: u32,
+    /// Sign of the last speed of the reference, 0 before it moves, and how often it came back.
+    way: i8,
+    returns: u32,
     /// The flank, 0 before the first, and whether it has changed since the start.
     side: i8,
     changed: bool,
@@ -94,6 +100,8 @@ impl Trust {
         held_as_others: false,
         moves: false,
         rested: 0,
+        way: 0,
+        returns: 0,
         side: 0,
         changed: false,
         most: [0.0; 2],
@@ -137,6 +145,11 @@ impl Trust {
         self.held
     }
 
+    /// Whether it has moved to and fro: what pulls one way is told from friction then.
+    pub(super) fn moved_both_ways(&self) -> bool {
+        self.returns >= LEAST_RETURNS
+    }
+
     /// Whether it has rested for long.
     pub(super) fn rests_long(&self) -> bool {
         f64::from(self.rested) * Clock::SERVO.period_s() > LONG_REST_S
@@ -172,6 +185,11 @@ impl Trust {
         } else {
             self.rested.saturating_add(1)
         };
+        if self.moves {
+            let way = if reference.velocity > 0.0 { 1 } else { -1 };
+            self.returns = self.returns.saturating_add(u32::from(way == -self.way));
+            self.way = way;
+        }
         // where all of them rest for a moment, what was taken stands
         let as_others = self
             .others

@@ -96,6 +96,8 @@ pub(super) struct Window {
     pub(super) unsettled: bool,
     /// Whether the flank that should carry the load changed again before it did.
     pub(super) wavered: bool,
+    /// Whether a correction was in use when it was complete.
+    pub(super) corrected: bool,
     /// Before the crossing and the way between; with `close` all of it.
     pub(super) samples: Vec<Sample>,
     /// The last ticks, singly.

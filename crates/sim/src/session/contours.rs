@@ -82,6 +82,10 @@ impl Contours {
 /// two to one and of three to two.
 const OTHERS_RETURNS: u32 = 3;
 
+/// Rest after which nobody waits for an axis to come back, s. A choice, as of `adaptive`: longer than pauses. The tool
+/// axis comes back before the others are known, and not again while they cut.
+const LONG_REST_S: f64 = 2.0;
+
 /// How often the axes come back.
 #[derive(Clone, Debug)]
 pub(super) struct Returns {
@@ -93,6 +97,8 @@ pub(super) struct Returns {
     pub(super) stays: Vec<bool>,
     /// How often it did while measuring.
     pub(super) counted: Vec<u32>,
+    /// By axis, how long it has rested, s.
+    rested_s: Vec<f64>,
 }
 
 impl Returns {
@@ -102,11 +108,12 @@ impl Returns {
             since: vec![vec![0; axes]; axes],
             stays: vec![true; axes],
             counted: vec![0; axes],
+            rested_s: vec![0.0; axes],
         }
     }
 
-    /// Takes a command of the plan; gives, by bits, which axes come back at it.
-    pub(super) fn take(&mut self, sample: &Sample, axes: &[AxisInfo]) -> u32 {
+    /// Takes a command of the plan, whose cycle takes `clock`; gives, by bits, which axes come back at it.
+    pub(super) fn take(&mut self, sample: &Sample, axes: &[AxisInfo], clock: Clock) -> u32 {
         let mut returned = 0;
         for (axis, (turn, info)) in self.turns.iter_mut().zip(axes).enumerate() {
             let speed = sample.velocity[info.id];
@@ -120,8 +127,10 @@ impl Returns {
                 turn.1 += 1;
                 returned |= 1 << axis;
             }
+            self.rested_s[axis] += clock.period_s();
             if speed != 0.0 {
                 turn.0 = speed;
+                self.rested_s[axis] = 0.0;
             }
         }
         if returned != 0 {
@@ -153,9 +162,36 @@ impl Returns {
 
     /// Whether each axis came back so often since measuring began; one that never does need not.
     pub(super) fn came_back(&self, times: u32) -> bool {
-        let mut axes = self.stays.iter().zip(&self.counted);
-        axes.clone()
-            .all(|(stays, counted)| *stays || *counted >= times)
-            && axes.any(|(_, counted)| *counted > 0)
+        self.all_came_back(times, f64::INFINITY)
+    }
+
+    /// The same, while one that rests for long need not, either.
+    pub(super) fn came_back_or_rests(&self, times: u32) -> bool {
+        self.all_came_back(times, LONG_REST_S)
+    }
+
+    fn all_came_back(&self, times: u32, long_s: f64) -> bool {
+        let axes = self.stays.iter().zip(&self.rested_s).zip(&self.counted);
+        let mut enough = axes
+            .map(|((stays, rested_s), counted)| *stays || *rested_s > long_s || *counted >= times);
+        enough.all(|enough| enough) && self.counted.iter().any(|counted| *counted > 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_that_rests_for_long_need_not_come_back() {
+        let mut returns = Returns::new(2);
+        (returns.stays, returns.counted) = (vec![false; 2], vec![2, 0]);
+        assert!(!returns.came_back(2));
+        returns.rested_s = vec![0.0, 2.5];
+        assert!(returns.came_back_or_rests(2) && !returns.came_back_or_rests(3));
+        assert!(!returns.came_back(2));
+        // somebody has to
+        (returns.rested_s, returns.counted) = (vec![2.5; 2], vec![0; 2]);
+        assert!(!returns.came_back_or_rests(1));
     }
 }

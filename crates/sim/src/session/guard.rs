@@ -14,6 +14,8 @@
 //! Where what a correction changes has nothing to do with the other errors, the squares differ by the
 //! square of the change: half of it is clear, also where the axes lag by far more than the gap.
 //!
+//! An axis that has rested for 2 s need not come back: the tool's plunges before the others are known.
+//!
 //! Without a memory nothing is corrected before it is certainly better or no worse. Then a rehearsal with
 //! what the drives know by that time says how far, and is asked again each time that they know clearly
 //! more. With a memory it is corrected from the start as far as a rehearsal says. Either way it is until it
@@ -103,8 +105,9 @@ pub(super) struct Guard {
     fixed: bool,
     /// What a rehearsal said of the machine without a correction: mean square (mm2) and peak (mm).
     rehearsed: Option<[f64; 2]>,
-    /// Where nothing is corrected, and whether the newest command lies there.
+    /// Where nothing is corrected, the place of the newest command, and whether it lies there.
     skips: Skips,
+    place: PathPlace,
     skipping: bool,
     /// What the drives knew when a rehearsal was asked last while they learned.
     asked: Option<Memory>,
@@ -181,6 +184,7 @@ impl Guard {
             fixed: false,
             rehearsed: None,
             skips: Skips::default(),
+            place: PathPlace::default(),
             skipping: false,
             asked: None,
             asks_left: MOST_ASKED,
@@ -213,6 +217,8 @@ impl Guard {
         self.part = said.share;
         self.rehearsed = Some(said.without);
         self.skips = said.skips;
+        // also where the newest command lies already
+        self.reach(self.place);
     }
 
     /// Of a machine that is rehearsed with a part of its correction, but for some stretches.
@@ -239,6 +245,7 @@ impl Guard {
 
     /// The newest command lies at this place of the path.
     pub(super) fn reach(&mut self, place: PathPlace) {
+        self.place = place;
         self.skipping = self.skips.contain(place);
     }
 
@@ -278,7 +285,7 @@ impl Guard {
         (tracker, modes): (&ContourTracker, &Modes),
     ) {
         // what comes back counts from the start: it is of the path, not of what is foreseen
-        let returned = self.returns.take(sample, axes);
+        let returned = self.returns.take(sample, axes, clock);
         // until an axis comes back, and while others do time and again, its load stays on its flank;
         // else one that is not known holds the others back: one set right alone can be worse than neither
         let mut pair = *pair;
@@ -397,9 +404,13 @@ impl Guard {
         if self.rehearsed.is_some() && self.part <= 0.0 {
             return;
         }
-        let clearly = without - with >= CLEARLY.0 * changed && seen(CLEARLY.1, CLEARLY.2);
+        // the axis of the tool came back before the others were known
+        let shown =
+            |times: u32, least_s: f64| time_s >= least_s && self.returns.came_back_or_rests(times);
+        let clearly = without - with >= CLEARLY.0 * changed && shown(CLEARLY.1, CLEARLY.2);
         let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
-        self.corrects = peaks && without > 0.0 && (clearly || with <= without && seen_all);
+        self.corrects =
+            peaks && without > 0.0 && (clearly || with <= without && shown(NO_WORSE.1, NO_WORSE.0));
         // what was foreseen while the load was known less well is forgotten
         if !self.corrects && !self.corrected && seen(self.patience, PATIENCE.1) {
             self.patience = self.patience.saturating_mul(2);
@@ -411,6 +422,7 @@ impl Guard {
 
 #[cfg(test)]
 mod tests {
+    use super::super::skips::RehearsedCommand;
     use super::*;
     use lostmotion_drive::Learned;
     use lostmotion_methods::AxisMemory;
@@ -584,6 +596,29 @@ mod tests {
         guard.decide();
         assert!(guard.share() == 0.0 && guard.may_ask());
         guard.told(knows(3e-3), Some(said(1.0)));
+        assert_eq!(guard.share(), 1.0);
+    }
+
+    #[test]
+    fn a_stretch_that_is_left_out_is_so_where_the_program_is_by_then() {
+        let mut steps: Vec<RehearsedCommand> = (0..100)
+            .map(|number| RehearsedCommand {
+                place: (0, f64::from(number)),
+                squares: [1.0, 0.5],
+                returns: false,
+            })
+            .collect();
+        steps[50].squares[1] = 9.0;
+        let skips = Skips::default().widened(&steps, 2.0, 0.05, true).unwrap();
+        let mut guard = Guard {
+            corrects: true,
+            ..Guard::new(2, false)
+        };
+        guard.reach((0, 50.0));
+        assert_eq!(guard.share(), 1.0);
+        guard.told(knows(1e-3), Some(Rehearsed { skips, ..said(1.0) }));
+        assert_eq!(guard.share(), 0.0);
+        guard.reach((0, 60.0));
         assert_eq!(guard.share(), 1.0);
     }
 

@@ -229,7 +229,7 @@ impl Rehearsal {
     /// Measures a chunk; whether that is enough.
     fn take(&mut self, chunk: &Chunk, tracker: &ContourTracker) -> bool {
         for frame in chunk.frames.iter().filter(|frame| frame.is_command_tick) {
-            let returned = self.returns.take(&frame.sample, &self.axes);
+            let returned = self.returns.take(&frame.sample, &self.axes, self.clock);
             self.returns.count(returned);
             self.time_s += self.clock.period_s();
             let joints = |variant| chunk.outputs.load(variant, frame.servo_sample);
