@@ -3,6 +3,9 @@
 
 #[cfg(feature = "threads")]
 use rayon::prelude::*;
+#[cfg(feature = "threads")]
+use std::sync::PoisonError;
+use std::sync::{Condvar, Mutex, MutexGuard};
 
 /// What `work` makes of each item, in their order: on the caller's thread for one thread, else on those of
 /// the pool in force ([`pool`]).
@@ -50,13 +53,34 @@ pub fn spawn(work: impl FnOnce() + Send + 'static) {
     work();
 }
 
-/// Does a piece of work that waits in the pool in force ([`pool`]), if there is one; the answer is whether there
-/// was.
-pub fn help() -> bool {
+/// Waits for something of another thread, but for a moment only: lets go of what a mutex holds, does a piece of work
+/// that waits in the pool in force ([`pool`]) if there is one, and else waits for news unless it is there already.
+/// A worker of the pool that only waited would take one of its threads away from the others.
+#[cfg_attr(
+    not(feature = "threads"),
+    allow(unused_variables, reason = "one thread")
+)]
+pub fn help_or_wait<'a, T>(
+    of: &'a Mutex<T>,
+    held: MutexGuard<'a, T>,
+    news: &Condvar,
+    is_there: impl Fn(&T) -> bool,
+) -> MutexGuard<'a, T> {
     #[cfg(feature = "threads")]
-    return rayon::yield_now() == Some(rayon::Yield::Executed);
+    {
+        // A choice: a thousandth of what bursts of planning take.
+        const LOOK_AGAIN: std::time::Duration = std::time::Duration::from_micros(50);
+        drop(held);
+        let helped = rayon::yield_now() == Some(rayon::Yield::Executed);
+        let held = of.lock().unwrap_or_else(PoisonError::into_inner);
+        if helped || is_there(&held) {
+            return held;
+        }
+        let waited = news.wait_timeout(held, LOOK_AGAIN);
+        waited.unwrap_or_else(PoisonError::into_inner).0
+    }
     #[cfg(not(feature = "threads"))]
-    false
+    held
 }
 
 /// Calls `work` inside a pool of its own with so many threads (0: one per core), and with their number; without the

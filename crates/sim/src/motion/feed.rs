@@ -52,7 +52,7 @@ const MOST_FOLLOWING: u64 = 4096;
 
 /// A program on its way through the planner.
 pub(crate) struct Feed {
-    reading: Reading,
+    reading: ReadAhead,
     planner: Planner,
     config: PlannerConfig,
     paced: Option<Paced>,
@@ -76,7 +76,7 @@ pub(crate) struct Feed {
 }
 
 /// What reads the program for the planner.
-struct Reading {
+struct ReadAhead {
     name: String,
     reader: Reader,
     bows: Option<Bows>,
@@ -142,7 +142,7 @@ impl Feed {
             Planner::new(config.clone(), kinematics, start)?,
         );
         Ok(Feed {
-            reading: Reading {
+            reading: ReadAhead {
                 name: setup.program.name().to_owned(),
                 reader: Reader::new(setup)?,
                 bows,
@@ -344,7 +344,7 @@ impl Feed {
     }
 }
 
-impl Reading {
+impl ReadAhead {
     /// Whether there is more to read before the planner has to come to rest.
     fn is_open(&self) -> bool {
         !self.over && self.held.is_none() && self.failed.is_none()

@@ -15,14 +15,10 @@ use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 /// Most chunks that wait for the axes. A choice: the longest bursts take as long as the axes take for ten chunks,
 /// and a chunk's samples take 0.4 MB.
 const MOST_READY: usize = 16;
-
-/// After which time a thread that waits for a chunk looks for work again. A choice: a thousandth of a burst.
-const LOOK_AGAIN: Duration = Duration::from_micros(50);
 
 /// A chunk of the plan.
 pub(crate) struct Planned {
@@ -46,7 +42,7 @@ impl Planned {
 }
 
 /// What plans.
-struct Source {
+struct PlanSource {
     feed: Feed,
     /// Who says what limits the plan, if somebody asks.
     along: Option<Along>,
@@ -54,10 +50,10 @@ struct Source {
     most: usize,
 }
 
-impl Source {
+impl PlanSource {
     /// The next chunk, in the room of one that is done with.
     fn plan(&mut self, mut planned: Planned) -> Planned {
-        let Source { feed, along, most } = self;
+        let PlanSource { feed, along, most } = self;
         planned.segments.clear();
         let result = feed.chunk(*most, &mut planned.samples, &mut planned.segments);
         planned.error = result.err();
@@ -76,7 +72,7 @@ impl Source {
 
 /// Whether some thread plans ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Work {
+enum AheadWork {
     None,
     /// Wanted, but no thread has been idle yet.
     Asked,
@@ -88,7 +84,7 @@ struct Ready {
     chunks: VecDeque<Planned>,
     /// Room of chunks that are done with.
     spare: Vec<Planned>,
-    work: Work,
+    work: AheadWork,
     /// Whether there is nothing more to plan: the plan is over, or nobody needs it any more.
     over: bool,
     /// Why planning ahead came to an untimely end.
@@ -103,7 +99,7 @@ impl Ready {
 
 /// Both. Whoever plans holds the source until the chunk is ready, so that chunks are in their order.
 struct Shared {
-    source: Mutex<Source>,
+    source: Mutex<PlanSource>,
     ready: Mutex<Ready>,
     /// Something has become ready, or nobody plans any more.
     news: Condvar,
@@ -123,12 +119,12 @@ impl Ahead {
         let ready = Ready {
             chunks: VecDeque::new(),
             spare: Vec::new(),
-            work: Work::None,
+            work: AheadWork::None,
             over: false,
             panic: None,
         };
         let shared = Shared {
-            source: Mutex::new(Source { feed, along, most }),
+            source: Mutex::new(PlanSource { feed, along, most }),
             ready: Mutex::new(ready),
             news: Condvar::new(),
         };
@@ -157,8 +153,8 @@ impl Ahead {
             return;
         }
         let mut ready = lock(&self.shared.ready);
-        if ready.work == Work::None && ready.wants_more() {
-            ready.work = Work::Asked;
+        if ready.work == AheadWork::None && ready.wants_more() {
+            ready.work = AheadWork::Asked;
             let (shared, modes) = (Arc::clone(&self.shared), self.modes.clone());
             threads::spawn(move || shared.work(&modes));
         }
@@ -189,17 +185,12 @@ impl Shared {
             if let Some(planned) = ready.chunks.pop_front() {
                 return planned;
             }
-            if ready.work != Work::Begun {
+            if ready.work != AheadWork::Begun {
                 break;
             }
-            drop(ready);
             // Whoever plans may share the work out.
-            let helped = threads::help();
-            ready = lock(&self.ready);
-            if !helped && ready.chunks.is_empty() && ready.work == Work::Begun {
-                let waited = self.news.wait_timeout(ready, LOOK_AGAIN);
-                ready = waited.unwrap_or_else(PoisonError::into_inner).0;
-            }
+            let is_there = |of: &Ready| !of.chunks.is_empty() || of.work != AheadWork::Begun;
+            ready = threads::help_or_wait(&self.ready, ready, &self.news, is_there);
         }
         drop(ready);
         // Nobody has begun: whoever begins now waits for the source.
@@ -218,7 +209,7 @@ impl Shared {
     /// Plans chunks as long as there is room for them.
     fn work(&self, modes: &Modes) {
         let planning = AssertUnwindSafe(|| {
-            lock(&self.ready).work = Work::Begun;
+            lock(&self.ready).work = AheadWork::Begun;
             loop {
                 let mut source = lock(&self.source);
                 let mut ready = lock(&self.ready);
@@ -236,7 +227,7 @@ impl Shared {
         });
         let result = catch_unwind(planning);
         let mut ready = lock(&self.ready);
-        ready.work = Work::None;
+        ready.work = AheadWork::None;
         ready.panic = result.err();
         self.news.notify_all();
     }

@@ -8,7 +8,7 @@ use lostmotion_contour::{ContourSample, ContourTracker, FootState, Place, Statis
 
 /// The command: the reference as the tool, so what is left is G64's blending and the interpolation.
 #[derive(Debug, Default)]
-pub(crate) struct Command {
+pub(crate) struct CommandContour {
     foot: FootState,
     samples: Vec<ContourSample>,
     /// Commanded tips from the program's zero, mm.
@@ -28,7 +28,7 @@ pub(crate) struct Reference<'a> {
     pub(crate) tip_mm: [f64; 3],
 }
 
-impl Command {
+impl CommandContour {
     /// Measures some frames.
     pub(crate) fn measure(
         &mut self,

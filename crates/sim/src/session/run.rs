@@ -4,7 +4,7 @@
 use super::guard::Rehearsals;
 use super::outputs::Kept;
 use super::recorder::Recorder;
-use super::references::Command;
+use super::references::CommandContour;
 use super::rehearsal::Rehearser;
 use super::rows;
 use super::stepper::{Chunk, Stepper};
@@ -162,7 +162,7 @@ fn told(
 /// Measures the contour error of the command, of the machine without a gap, and of every variant.
 struct Judge {
     servo: Clock,
-    command: Command,
+    command: CommandContour,
     recorders: Vec<Recorder>,
     /// How many of the variants are methods: those behind the machine without a gap.
     methods: usize,
@@ -194,7 +194,7 @@ impl Judge {
         };
         Judge {
             servo: cycles.servo(),
-            command: Command::default(),
+            command: CommandContour::default(),
             recorders: (0..variants).map(recorder).collect(),
             methods,
             motors: Vec::new(),

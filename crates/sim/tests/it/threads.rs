@@ -1,5 +1,6 @@
 //! Threads, chunks and how far was read ahead change no bit, and no error.
 
+use lostmotion_plan::Sample;
 use lostmotion_sim::results::BlockResult;
 use lostmotion_sim::{
     ContourPoint, Machine, Observer, Program, Progress, SimulateOptions, Simulation,
@@ -87,34 +88,29 @@ fn no_bit_depends_on_threads_or_chunks() {
     }
 }
 
-/// Samples that are handed out before the program is refused, and why it is.
-fn planned(source: &Program, machine: &Machine, threads: usize) -> (Vec<[u64; 3]>, String) {
-    let mut places = Vec::new();
-    let result = Simulation::new(source, machine)
-        .options(options(threads, 50))
-        .plan(&mut |samples, _| {
-            let place =
-                |sample: &lostmotion_plan::Sample| sample.position.linear().map(f64::to_bits);
-            places.extend(samples.iter().map(place));
-            Ok(())
-        });
+/// Samples that are handed out, and the answer.
+fn planned(source: &Program, threads: usize) -> (Vec<[u64; 3]>, String) {
+    let (mut places, machine) = (Vec::new(), Machine::preset("bench3").unwrap());
+    let simulation = Simulation::new(source, &machine).options(options(threads, 50));
+    let result = simulation.plan(&mut |samples, _| {
+        let place = |sample: &Sample| sample.position.linear().map(f64::to_bits);
+        places.extend(samples.iter().map(place));
+        Ok(())
+    });
     (places, format!("{result:?}"))
 }
 
 #[test]
 fn a_plan_and_where_it_ends_do_not_depend_on_threads() {
-    let machine = Machine::preset("vmc3").unwrap();
-    let fork = Machine::preset("fork5").unwrap();
-    // A pole that only the blend goes through is found when the path is planned, long after it was read.
-    let pole = "G21 G90 G64 P0.5 G43.4 H0\nG0 X0 Y0 Z50\nG1 X10 F3000 A10 C0\nG1 X20 A-10 C0\nM2\n";
-    for (source, machine) in [
-        (part(), &machine),
-        (Program::from_str("pole.ngc", pole), &fork),
-        (Program::from_str("empty.ngc", "M2\n"), &machine),
+    let endless = "G21 G90 G64 P0.1\nO100 while [1 GT 0]\nG1 X10 F3000\nG1 Y10\nG1 X0\nG1 Y0\nO100 endwhile\nM2\n";
+    for source in [
+        part(),
+        Program::from_str("endless.ngc", endless),
+        Program::from_str("empty.ngc", "M2\n"),
     ] {
-        let one = planned(&source, machine, 1);
+        let one = planned(&source, 1);
         for threads in [2, 4] {
-            assert!(planned(&source, machine, threads) == one, "{threads}");
+            assert!(planned(&source, threads) == one, "{threads}");
         }
     }
 }
