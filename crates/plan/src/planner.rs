@@ -1,6 +1,6 @@
 //! The planner: items in, samples out.
 //!
-//! The work has two halves: [`Intake`] makes the path that is travelled of the moves, and [`Timing`] plans the
+//! The work has two halves: `Intake` makes the path that is travelled of the moves, and `Timing` plans the
 //! motion along it. What the one gives the other takes, so that both can be at work at the same time.
 
 use crate::chord::Chord;
