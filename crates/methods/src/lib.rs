@@ -33,6 +33,7 @@ mod strokes;
 mod told;
 mod traverse;
 
+pub use adaptive::LONG_REST_S;
 pub use lostmotion_drive::{AxisOutput, AxisStart, Setpoint};
 pub use memory::{AxisMemory, LearnedOn};
 pub use registry::{

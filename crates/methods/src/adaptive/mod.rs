@@ -91,6 +91,7 @@ use said::Said;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::mem::swap;
+pub use trust::LONG_REST_S;
 use trust::Trust;
 use watch::{Motor, Watch};
 use window::Window;

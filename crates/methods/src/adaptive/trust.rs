@@ -41,9 +41,10 @@ const UNCERTAIN_TORQUE: f64 = 0.12;
 /// Part of the half gap that the way of speeding up may be for the inertia not to matter. A choice.
 const SHORT_RAMP: f64 = 0.1;
 
-/// Rest after which an axis is taken to hold its load as others do, and a reading that does not count alone
-/// is used, s. A choice: longer than pauses; at once a square whose axes rest in turn is made worse (808-21).
-const LONG_REST_S: f64 = 2.0;
+/// Rest after which an axis is taken to hold its load as others do, a reading that does not count alone
+/// is used, and a control waits no longer for the axis to come back, s. A choice: longer than pauses; at once a
+/// square whose axes rest in turn is made worse (808-21).
+pub const LONG_REST_S: f64 = 2.0;
 /// How often an axis has to come back to have moved to and fro. A choice: the tool's axis goes up and down
 /// once before it cuts, at one feed.
 const LEAST_RETURNS: u32 = 2;

@@ -5,6 +5,7 @@ use super::outputs::AxisInfo;
 use crate::motion::Modes;
 use lostmotion_base::{Clock, Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourTracker, FootState};
+use lostmotion_methods::LONG_REST_S;
 use lostmotion_plan::Sample;
 
 /// What an axis foresees: joint positions without a correction and with it.
@@ -81,10 +82,6 @@ impl Contours {
 /// tool axis of a part in a plane is out soon; where both come back in turn it is at most twice, on waves of
 /// two to one and of three to two.
 const OTHERS_RETURNS: u32 = 3;
-
-/// Rest after which nobody waits for an axis to come back, s. A choice, as of `adaptive`: longer than pauses. The tool
-/// axis comes back before the others are known, and not again while they cut.
-const LONG_REST_S: f64 = 2.0;
 
 /// How often the axes come back.
 #[derive(Clone, Debug)]
@@ -165,7 +162,8 @@ impl Returns {
         self.all_came_back(times, f64::INFINITY)
     }
 
-    /// The same, while one that rests for long need not, either.
+    /// The same, while one that rests for long need not, either: the tool axis comes back before the others are
+    /// known, and not again while they cut.
     pub(super) fn came_back_or_rests(&self, times: u32) -> bool {
         self.all_came_back(times, LONG_REST_S)
     }

@@ -98,12 +98,7 @@ impl Recorder {
     pub(crate) fn measure(
         &mut self,
         frames: &[Frame],
-        Chunk {
-            outputs,
-            modes,
-            stops,
-            ..
-        }: &Chunk,
+        chunk: &Chunk,
         tracker: &ContourTracker,
     ) -> Result<(), SimError> {
         self.samples.clear();
@@ -111,9 +106,9 @@ impl Recorder {
         if self.stop.is_some() {
             return Ok(());
         }
-        let stops = stops.get(self.variant).and_then(Option::as_ref);
+        let (outputs, modes, stop) = (&chunk.outputs, &chunk.modes, self.stop_in(chunk));
         for frame in frames {
-            if stops.is_some_and(|stop| stop.tick == frame.tick) {
+            if stop.is_some_and(|stop| stop.tick == frame.tick) {
                 break;
             }
             let joints = outputs.load(self.variant, frame.servo_sample);
@@ -127,6 +122,11 @@ impl Recorder {
         Ok(())
     }
 
+    /// Where the machine stops in a chunk.
+    fn stop_in<'a>(&self, chunk: &'a Chunk) -> Option<&'a Stop> {
+        chunk.stops.get(self.variant)?.as_ref()
+    }
+
     /// What was measured last.
     pub(crate) fn measured(&self) -> Vec<ContourSample> {
         self.samples.clone()
@@ -136,22 +136,17 @@ impl Recorder {
     pub(crate) fn record<'a>(
         &mut self,
         frames: impl Iterator<Item = (&'a Frame, Reference<'a>)>,
-        Chunk {
-            outputs,
-            modes,
-            stops,
-            ..
-        }: &Chunk,
+        chunk: &Chunk,
         tracker: &ContourTracker,
     ) {
         if self.stop.is_some() {
             return;
         }
-        let stops = stops.get(self.variant).and_then(Option::as_ref);
+        let (outputs, modes, stop) = (&chunk.outputs, &chunk.modes, self.stop_in(chunk));
         let samples = std::mem::take(&mut self.samples);
         let mut measured = samples.iter();
         for (frame, reference) in frames {
-            if let Some(stop) = stops.filter(|stop| stop.tick == frame.tick) {
+            if let Some(stop) = stop.filter(|stop| stop.tick == frame.tick) {
                 self.stop = Some(Stop {
                     at_mm: reference.tip_mm,
                     ..stop.clone()
