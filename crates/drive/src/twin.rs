@@ -9,10 +9,12 @@
 //! makes it diverge:
 //! ```text
 //! r_f = (w_M + h a_M) - (w_L + h a_L)                          (a: accelerations without the shaft, 0 where friction holds)
-//! T   = (k (lead + h r_f) + d r_f) / (1 + (h^2 k + h d)(1/J_M + 1/J_L))
+//! T   = (k (lead + h r_f) + d r_f) / (1 + g (1/J_M + 1/J_L))   (g = h^2 k + h d; 1/J is 0 where friction holds)
+//!     = (k lead + (h k + d)(w_M - w_L) + g (a_M - a_L)) / (1 + g (1/J_M + 1/J_L))
 //! ```
 //! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque
-//! exceeds its friction.
+//! exceeds its friction. The quotient has four values, one for each of who holds, and is taken once
+//! in a servo period; sums are ordered so that what comes late in a period is added last.
 
 use crate::config::AxisConfig;
 use crate::number::{Number, numbers};
@@ -178,7 +180,7 @@ impl Twin {
 
     /// What stays over a servo period.
     pub(crate) fn rates(&self, load: &LoadModel) -> Rates<f64> {
-        Rates::new(load, self.period_s)
+        Rates::new(load, self.numbers.motor_step, self.period_s)
     }
 
     #[inline]
@@ -274,20 +276,20 @@ impl LoadModel {
 numbers! {
     /// What the motor's equations compute with, over a period h of the current loop.
     MotorNumbers {
-        /// h/L, A/V.
-        current_share,
-        /// 1/(1 + R h/L).
+        /// Part of the current that a period leaves, 1/(1 + R h/L).
         current_keep,
-        /// V s/rad.
-        back_emf,
+        /// Current that a voltage adds in a period, A/V.
+        current_gain,
+        /// Current that the motor's speed takes in a period, A s/rad.
+        current_brake,
         /// N m/A.
         torque_constant,
         /// N m s/rad.
         viscous,
+        /// Torque that the motor's speed takes, by the current that it takes and by viscous friction, N m s/rad.
+        brake,
         /// N m.
         coulomb,
-        /// 1/J_M.
-        inverse_motor,
         /// h/J_M.
         motor_step,
         /// What Coulomb friction takes of the speed in a period, rad/s.
@@ -306,18 +308,24 @@ numbers! {
         load_viscous,
         /// N m.
         load_coulomb,
-        /// 1/J_L.
-        inverse_load,
         /// h/J_L.
         load_step,
         /// What Coulomb friction takes of the speed in a period, rad/s.
         load_most,
         /// N m/rad.
         stiffness,
-        /// N m s/rad.
-        damping,
-        /// h^2 k + h d: the torque of the shaft for an acceleration of its ends against each other.
-        give,
+        /// h k + d: the torque of the shaft for a speed of its ends against each other, N m s/rad.
+        by_rate,
+        /// g/J_M: its torque for one on the motor.
+        by_motor,
+        /// g/J_L: its torque for one on the load.
+        by_load,
+        /// Part of it that is left where its ends give way to it: both,
+        both_give,
+        /// the motor alone,
+        motor_gives,
+        /// the load alone.
+        load_gives,
     }
 }
 
@@ -381,25 +389,31 @@ impl<N: Number> MotorNumbers<N> {
         voltage: N,
     ) -> (TwinMasses<N>, TwinTorques<N>) {
         let (zero, one) = (h.zero(), h.constant(1.0));
-        // the winding, implicit in the current
-        let current = (x.current + self.current_share * (voltage - self.back_emf * x.motor))
-            * self.current_keep;
-        let drive = self.torque_constant * current - self.viscous * x.motor;
+        // the winding, implicit in the current, and the motor's torque with it
+        let pushed = self.current_keep * x.current + self.current_gain * voltage;
+        let current = pushed - self.current_brake * x.motor;
+        let drive = self.torque_constant * pushed - self.brake * x.motor;
         let drag = -rates.load_constant - rates.load_viscous * x.load;
         // friction that holds a mass at rest takes whatever torque the shaft puts on it
-        let free_mobility = |coulomb: N, speed: N, mobility: N| {
-            let holds = zero.less(coulomb) & speed.abs().at_most(zero);
-            N::choose(holds, zero, mobility)
-        };
-        let of_motor = free_mobility(self.coulomb, x.motor, self.inverse_motor);
-        let of_load = free_mobility(rates.load_coulomb, x.load, rates.inverse_load);
+        let holds = |coulomb: N, speed: N| zero.less(coulomb) & speed.abs().at_most(zero);
+        let (motor_holds, load_holds) = (
+            holds(self.coulomb, x.motor),
+            holds(rates.load_coulomb, x.load),
+        );
+        let by_motor = N::choose(motor_holds, zero, rates.by_motor);
+        let by_load = N::choose(load_holds, zero, rates.by_load);
+        let left = N::choose(
+            motor_holds,
+            N::choose(load_holds, one, rates.load_gives),
+            N::choose(load_holds, rates.motor_gives, rates.both_give),
+        );
         // the shaft's torque, implicit in the ends' accelerations
-        let apart = x.motor - x.load + h * (drive * of_motor - drag * of_load);
-        let ahead = x.lead + h * apart;
-        let shaft = (rates.stiffness * ahead + rates.damping * apart)
-            / (one + rates.give * (of_motor + of_load));
-        let (motor, friction) = slide(x.motor, self.motor_step * (drive - shaft), self.motor_most);
-        let (load, _) = slide(x.load, rates.load_step * (shaft + drag), rates.load_most);
+        let wound = rates.stiffness * x.lead + rates.by_rate * (x.motor - x.load) - by_load * drag;
+        let shaft = (wound + by_motor * drive) * left;
+        let free_motor = (x.motor + self.motor_step * drive) - self.motor_step * shaft;
+        let free_load = (x.load + rates.load_step * drag) + rates.load_step * shaft;
+        let (motor, friction) = slide(x.motor, free_motor, self.motor_most);
+        let (load, _) = slide(x.load, free_load, rates.load_most);
         // semi-implicit: positions go on with the new speeds
         let masses = TwinMasses {
             current,
@@ -416,12 +430,11 @@ impl<N: Number> MotorNumbers<N> {
     }
 }
 
-/// Speed after an impulse with Coulomb friction that takes at most `most` of it; and what the
-/// friction added.
+/// What Coulomb friction that takes at most `most` leaves of the speed that a mass would have without it;
+/// and what the friction added.
 #[inline(always)]
-fn slide<N: Number>(speed: N, gain: N, most: N) -> (N, N) {
+fn slide<N: Number>(speed: N, free: N, most: N) -> (N, N) {
     let zero = speed.zero();
-    let free = speed + gain;
     let taken = free.clamp(-most, most);
     let left = free - taken;
     // friction acts against the sliding before, so it can stop a mass within the step and not turn
@@ -435,14 +448,17 @@ impl MotorNumbers<f64> {
         let motor = &config.motor;
         // implicit Euler in the winding: i' = (i + h/L (u - K_e w)) / (1 + R h/L)
         let share = h / motor.phase_inductance_h();
+        let keep = 1.0 / (1.0 + share * motor.phase_resistance_ohm());
+        let (gain, viscous) = (share * keep, motor.viscous_nm_s_per_rad);
+        let current_brake = gain * motor.back_emf_v_s_per_rad();
         MotorNumbers {
-            current_share: share,
-            current_keep: 1.0 / (1.0 + share * motor.phase_resistance_ohm()),
-            back_emf: motor.back_emf_v_s_per_rad(),
+            current_keep: keep,
+            current_gain: gain,
+            current_brake,
             torque_constant: motor.torque_constant_nm_per_a,
-            viscous: motor.viscous_nm_s_per_rad,
+            viscous,
+            brake: motor.torque_constant_nm_per_a * current_brake + viscous,
             coulomb: motor.coulomb_nm,
-            inverse_motor: 1.0 / inertia,
             motor_step: h / inertia,
             motor_most: h / inertia * motor.coulomb_nm,
             friction_scale: inertia / h,
@@ -452,18 +468,23 @@ impl MotorNumbers<f64> {
 
 impl Rates<f64> {
     #[inline]
-    fn new(load: &LoadModel, h: f64) -> Rates<f64> {
-        let inverse = 1.0 / load.inertia;
+    fn new(load: &LoadModel, motor_step: f64, h: f64) -> Rates<f64> {
+        let load_step = h / load.inertia;
+        let by_rate = h * load.stiffness + load.damping;
+        let (by_motor, by_load) = (by_rate * motor_step, by_rate * load_step);
         Rates {
             load_constant: load.constant,
             load_viscous: load.viscous,
             load_coulomb: load.coulomb,
-            inverse_load: inverse,
-            load_step: h * inverse,
-            load_most: h * inverse * load.coulomb,
+            load_step,
+            load_most: load_step * load.coulomb,
             stiffness: load.stiffness,
-            damping: load.damping,
-            give: h * h * load.stiffness + h * load.damping,
+            by_rate,
+            by_motor,
+            by_load,
+            both_give: 1.0 / (1.0 + by_motor + by_load),
+            motor_gives: 1.0 / (1.0 + by_motor),
+            load_gives: 1.0 / (1.0 + by_load),
         }
     }
 }
@@ -474,8 +495,8 @@ mod tests {
 
     #[test]
     fn friction_stops_a_mass_and_then_holds_it() {
-        assert_eq!(slide(1.0, 0.0, 0.25), (0.75, -0.25));
-        assert_eq!(slide(0.1, 0.0, 0.25).0, 0.0);
+        assert_eq!(slide(1.0, 1.0, 0.25), (0.75, -0.25));
+        assert_eq!(slide(0.1, 0.1, 0.25).0, 0.0);
         assert_eq!(slide(0.0, 0.2, 0.25), (0.0, -0.2));
         assert_eq!(slide(0.0, -0.3, 0.25).0, -0.3 + 0.25);
     }

@@ -219,6 +219,7 @@ impl Crossing {
     }
 
     /// First part of a tick: hands out the twin, which has to be stepped before [`Crossing::finish`].
+    #[inline]
     pub(super) fn begin<'a>(
         &'a self,
         state: &'a mut CrossingState,

@@ -14,8 +14,8 @@
 //! Of a gap that several readings agree on, larger ones are kept apart until as many in a row agree with
 //! each other: where a traverse is right the contact is soft and shows little, and readings of it may run
 //! away, each larger than the one before. While a correction is in use that holds from the first reading on:
-//! one that is too long throws the load, so that the gap seems larger yet. As many that agree then speak
-//! against the correction, and not for a larger gap: all is forgotten, and read anew without one.
+//! one that is too long throws the load, so that the gap seems larger yet. Half as many again that agree then
+//! speak against the correction, and not for a larger gap: all is forgotten, and read anew without one.
 //! Smaller ones have to be more than those that agree with it: a load
 //! that still bounces when its axis comes back again is read to have crossed a part of the gap.
 //!
@@ -33,7 +33,7 @@ pub(crate) const LEAST_PIVOT: f64 = 1e-14;
 const KEPT_READINGS: usize = 8;
 /// Readings that agree from which on larger ones are kept apart. A choice: half of those that are kept.
 const ESTABLISHED: u32 = 4;
-/// How many larger ones in a row have to agree to be believed. A choice: more than had to agree first.
+/// How many larger ones in a row have to agree against as many as that. A choice: more than had to agree first.
 const RIVALS: usize = 6;
 /// Standard deviation of the drift from reading to reading, part of the value. Tuned (0.004 before
 /// a trend was learned); the tests below follow a drift of as much.
@@ -241,9 +241,12 @@ impl Readings {
     fn rival(&mut self, new: Kept) -> bool {
         self.rivals.rotate_right(1);
         self.rivals[0] = Some(new);
+        // half as many again as those that they contradict
+        let against = self.count.min(ESTABLISHED) as usize;
+        let enough = (against * RIVALS).div_ceil(ESTABLISHED as usize);
         let mut others = Readings::default();
-        others.recent[..RIVALS].copy_from_slice(&self.rivals);
-        let agree = others.group(0, 0.0).count == RIVALS as u32;
+        others.recent[..enough].copy_from_slice(&self.rivals[..enough]);
+        let agree = others.group(0, 0.0).count as usize == enough;
         if agree {
             self.recent = others.recent;
             self.rivals = [None; RIVALS];
@@ -411,14 +414,10 @@ mod tests {
         let mut readings = Readings::default();
         readings.take_by(UNCORRECTED, 17.6, 0.16, false, true);
         let corrected = Consensus::Least { corrected: true };
-        for value in [31.4, 31.7, 31.2, 31.0, 31.6] {
-            readings.take_by(corrected, value, 2.0, false, true);
-            assert!(
-                (readings.used() - 17.6).abs() < 1e-9,
-                "{value}: {readings:?}"
-            );
-        }
-        readings.take_by(corrected, 31.2, 2.0, false, true);
+        // two of them contradict one
+        readings.take_by(corrected, 31.4, 2.0, false, true);
+        assert!((readings.used() - 17.6).abs() < 1e-9, "{readings:?}");
+        readings.take_by(corrected, 31.7, 2.0, false, true);
         assert!(
             readings.used() == 0.0 && readings.count == 0,
             "{readings:?}"
@@ -429,6 +428,23 @@ mod tests {
             readings.take_by(UNCORRECTED, value, 0.16, false, true);
         }
         assert!((readings.used() - 31.5).abs() < 0.2, "{readings:?}");
+    }
+
+    /// A first reading that was far too small (a circle of the matrix), rad: of 3.2e-3.
+    #[test]
+    fn what_few_readings_say_is_contradicted_by_few() {
+        let corrected = Consensus::Least { corrected: true };
+        for (agree, against) in [(1, 2), (2, 3), (3, 5), (4, 6), (6, 6)] {
+            let mut readings = Readings::default();
+            for _ in 0..agree {
+                readings.take_by(UNCORRECTED, 1.1, 1e-3, false, true);
+            }
+            for larger in 1..=against {
+                assert_eq!(readings.count, agree, "{agree} {larger}");
+                readings.take_by(corrected, 3.2, 1e-3, false, true);
+            }
+            assert_eq!(readings.count, 0, "{agree}");
+        }
     }
 
     #[test]

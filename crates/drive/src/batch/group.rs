@@ -6,7 +6,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
 use super::twins::Twins;
 use crate::error::AxisError;
-use crate::runner::{AxisOutput, AxisRunner, Monitored};
+use crate::runner::{AxisOutput, AxisRunner, Monitored, Seen};
 use crate::signal::{Correction, Setpoint};
 use pulp::Arch;
 
@@ -170,13 +170,14 @@ impl Group {
         });
         if marks.asked.iter().any(|asked| *asked) {
             // compensators run lane by lane up to their model of the axis; the models step together
+            let seen: [Seen; WIDTH] = std::array::from_fn(|lane| lanes.seen(lane));
             let mut steps = [const { None }; WIDTH];
             for (lane, axis) in axes
                 .iter_mut()
                 .enumerate()
                 .filter(|(lane, _)| marks.asked[*lane])
             {
-                steps[lane] = axis.begin_compensation(index, &lanes.seen(lane));
+                steps[lane] = axis.begin_compensation(index, &seen[lane]);
             }
             twins.step(*arch, &mut steps, *periods);
             for (lane, axis) in axes
@@ -184,7 +185,7 @@ impl Group {
                 .enumerate()
                 .filter(|(lane, _)| marks.asked[*lane])
             {
-                let correction = axis.finish_compensation(index, &lanes.seen(lane));
+                let correction = axis.finish_compensation(index, &seen[lane]);
                 lanes.loops.correct(lane, &correction);
                 if outputs[lane].trace.is_some() {
                     corrections[lane] = correction;

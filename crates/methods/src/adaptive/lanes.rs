@@ -21,7 +21,6 @@
 use super::start::{Gains, StartFilter};
 use super::window::{Sample, Window};
 use lostmotion_base::Clock;
-use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Hypotheses side by side.
@@ -91,32 +90,6 @@ pub(super) struct Innovation {
     pub(super) variance: f64,
 }
 
-/// One sample of all hypotheses in vectors as wide as the processor has them, which is most of what
-/// this compensator computes.
-struct OneSample<'a> {
-    progress: &'a mut Progress,
-    drive: (&'a Known, &'a Hypotheses, [&'a Sample; 2]),
-    /// While the start is being found.
-    gains: Option<Gains>,
-}
-
-impl WithSimd for OneSample<'_> {
-    type Output = Innovation;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Innovation {
-        let (known, hypotheses, [from, to]) = self.drive;
-        let span = self.progress.filter.span;
-        // the motor's measured motion drives the load, the load's torque the motor
-        let speed = (to.position - from.position) / span;
-        let step = Step::of(&self.progress.filter);
-        let torque = self.progress.load(hypotheses, speed, step);
-        let innovation = self.progress.motor(known, hypotheses, &torque, from, to);
-        self.progress.correct(&innovation.e, self.gains);
-        innovation
-    }
-}
-
 impl Progress {
     /// At the start of a window: the load on its flank, both moving as the motor does over the
     /// first samples.
@@ -149,10 +122,11 @@ impl Progress {
 
     /// Takes one more sample of the window: `None` at its end, else the innovations, or `Some(None)`
     /// during the warm-up.
+    #[inline(always)]
     pub(super) fn step(
         &mut self,
         known: &Known,
-        hypotheses: &Hypotheses,
+        p: &Hypotheses,
         window: &Window,
     ) -> Option<Option<Innovation>> {
         let [from, to] = [
@@ -164,19 +138,19 @@ impl Progress {
             self.filter = known.filter(to.ticks);
         }
         let warm = self.next < WARM_UP;
-        let gains = warm.then(|| self.find_start(known, hypotheses, window));
+        let gains = warm.then(|| self.find_start(known, p, window));
         self.next += 1;
-        // one dispatch a sample to the widest vectors; the bits do not depend on their width
-        let drive = (known, hypotheses, [from, to]);
-        let innovation = Arch::new().dispatch(OneSample {
-            progress: self,
-            drive,
-            gains,
-        });
+        // the motor's measured motion drives the load, the load's torque the motor
+        let speed = (to.position - from.position) / self.filter.span;
+        let step = Step::of(&self.filter);
+        let torque = self.load(p, speed, step);
+        let innovation = self.motor(known, p, &torque, from, to);
+        self.correct(&innovation.e, gains);
         Some((!warm).then_some(innovation))
     }
 
     /// Gains of the next sample of the warm-up.
+    #[inline(always)]
     fn find_start(&mut self, known: &Known, p: &Hypotheses, window: &Window) -> Gains {
         if self.next == 1 {
             let span = self.filter.span;
@@ -191,42 +165,27 @@ impl Progress {
     /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
     fn load(&mut self, p: &Hypotheses, motor_speed: f64, step: Step) -> Lanes {
-        let (h, ahead) = (step.time_s, step.part * step.time_s);
         let mut sum = [0.0; LANES];
-        // divisions out of the inner loop
-        let inverses = p.inertia.map(|inertia| 1.0 / inertia);
+        let rates = LoadRates::new(p, motor_speed, step);
+        // copies of both, which stay in vectors from step to step
+        let mut load = (self.lead, self.load_speed);
         for _ in 0..STEPS_PER_SAMPLE {
-            for lane in 0..LANES {
-                let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
-                let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
-                let drag = -p.constant[lane] - p.viscous[lane] * speed;
-                // torque on the load if it stood: stiction holds it where Coulomb friction exceeds that
-                let damping = p.damping[lane];
-                let rate = motor_speed - speed;
-                let held =
-                    shaft(lead + ahead * rate, gap, p.stiffness[lane], damping * rate) + drag;
-                // friction opposes the motion, or the torque that sets it in motion
-                let moves = speed.abs() > 0.0;
-                let sign = if moves { speed.signum() } else { held.signum() };
-                let sticks = !moves && held.abs() <= coulomb;
-                let mobility = if sticks { 0.0 } else { inverse };
-                let drag = drag - sign * coulomb;
-                // twist rate without the shaft, and the compliance of the load to its torque
-                let free = rate - ahead * drag * mobility;
-                let give = (ahead * ahead * p.stiffness[lane] + ahead * damping) * mobility;
-                let lead_ahead = lead + ahead * free;
-                let torque =
-                    shaft(lead_ahead, gap, p.stiffness[lane], damping * free) / (1.0 + give);
-                let slid = speed + h * (torque + drag) * mobility;
-                // speed that would change its sign within the step is rest, unless the torque
-                // exceeds stiction
-                let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
-                let slid = if stops { 0.0 } else { slid };
-                self.lead[lane] = lead + h * (rate - step.part * (slid - speed));
-                self.load_speed[lane] = slid;
-                sum[lane] += torque;
+            // a load at rest has to be asked whether it sticks; mostly none of them rests
+            let rests = load
+                .1
+                .iter()
+                .fold(false, |rests, speed| rests | (speed.abs() <= 0.0));
+            let torque;
+            (load, torque) = if rests {
+                load_step::<true>(load, p, &rates, motor_speed, step)
+            } else {
+                load_step::<false>(load, p, &rates, motor_speed, step)
+            };
+            for (sum, torque) in sum.iter_mut().zip(torque) {
+                *sum += torque;
             }
         }
+        (self.lead, self.load_speed) = load;
         sum.map(|torque| torque / STEPS_PER_SAMPLE as f64)
     }
 
@@ -286,12 +245,132 @@ impl Progress {
     }
 }
 
+/// What the load's step multiplies with: divisions and all that stays over a sample out of the inner loop. `g` is the
+/// time after which the shaft's torque is taken, `u` the speed of the motor.
+struct LoadRates {
+    /// h/J_L: speed that a torque on the load adds in a step.
+    gain: Lanes,
+    /// Rate of the twist without the shaft, of a load with no speed: u + g T_c/J_L,
+    onward: Lanes,
+    /// what friction adds to it or takes, g T_f/J_L,
+    by_friction: Lanes,
+    /// and the part of the load's speed that it falls by, 1 - g b_L/J_L.
+    by_speed: Lanes,
+    /// The same times g: what they add to the twist.
+    way: [Lanes; 3],
+    /// Stiffness and damping, over 1 + (g^2 k + g d)/J_L.
+    shaft: [Lanes; 2],
+}
+
+impl LoadRates {
+    #[inline(always)]
+    fn new(p: &Hypotheses, motor_speed: f64, step: Step) -> LoadRates {
+        let (h, ahead) = (step.time_s, step.part * step.time_s);
+        let zero = [0.0; LANES];
+        let mut rates = LoadRates {
+            gain: zero,
+            onward: zero,
+            by_friction: zero,
+            by_speed: zero,
+            way: [zero; 3],
+            shaft: [zero; 2],
+        };
+        for lane in 0..LANES {
+            let inverse = 1.0 / p.inertia[lane];
+            let (gain, by_drag) = (h * inverse, ahead * inverse);
+            let give = by_drag * (ahead * p.stiffness[lane] + p.damping[lane]);
+            let left = 1.0 / (1.0 + give);
+            let twist = [
+                motor_speed + by_drag * p.constant[lane],
+                by_drag * p.coulomb[lane],
+                1.0 - by_drag * p.viscous[lane],
+            ];
+            rates.gain[lane] = gain;
+            [
+                rates.onward[lane],
+                rates.by_friction[lane],
+                rates.by_speed[lane],
+            ] = twist;
+            for (way, twist) in rates.way.iter_mut().zip(twist) {
+                way[lane] = ahead * twist;
+            }
+            rates.shaft[0][lane] = p.stiffness[lane] * left;
+            rates.shaft[1][lane] = p.damping[lane] * left;
+        }
+        rates
+    }
+}
+
+/// Lead and speed of the load after one step, and the torque of the shaft. `RESTS`: whether any of the lanes may be
+/// at rest; one that moves is moved the same way with and without. Sums are ordered so that what a step has to wait
+/// for comes last.
+#[inline(always)]
+fn load_step<const RESTS: bool>(
+    (mut leads, mut speeds): (Lanes, Lanes),
+    p: &Hypotheses,
+    rates: &LoadRates,
+    motor_speed: f64,
+    step: Step,
+) -> ((Lanes, Lanes), Lanes) {
+    let (h, ahead) = (step.time_s, step.part * step.time_s);
+    let (before, after) = (h * (1.0 - step.part), h * step.part);
+    let mut torques = [0.0; LANES];
+    for lane in 0..LANES {
+        let (speed, lead, gap) = (speeds[lane], leads[lane], p.half_gap[lane]);
+        let coulomb = p.coulomb[lane];
+        // whose sign says which way the load moves, or would
+        let mut sign = speed;
+        let mut sticks = false;
+        if RESTS {
+            // torque on the load if it stood: stiction holds it where Coulomb friction exceeds that
+            let rate = motor_speed - speed;
+            let held = shaft(
+                lead + ahead * rate,
+                gap,
+                p.stiffness[lane],
+                p.damping[lane] * rate,
+            ) - p.constant[lane];
+            let rests = speed.abs() <= 0.0;
+            sign = if rests { held } else { speed };
+            sticks = rests && held.abs() <= coulomb;
+        }
+        // friction opposes the motion, or the torque that sets it in motion
+        let driven = -p.constant[lane] - p.viscous[lane] * speed;
+        let drag = driven - coulomb.copysign(sign);
+        // rate and twist without the shaft
+        let onward = rates.onward[lane] + rates.by_friction[lane].copysign(sign);
+        let way = rates.way[0][lane] + rates.way[1][lane].copysign(sign);
+        let mut free = onward - rates.by_speed[lane] * speed;
+        let mut lead_ahead = (lead + way) - rates.way[2][lane] * speed;
+        // the shaft, and the compliance of the load to its torque
+        let (mut stiffness, mut damping) = (rates.shaft[0][lane], rates.shaft[1][lane]);
+        let mut gain = rates.gain[lane];
+        if RESTS && sticks {
+            (free, lead_ahead) = (motor_speed, lead + ahead * motor_speed);
+            (stiffness, damping, gain) = (p.stiffness[lane], p.damping[lane], 0.0);
+        }
+        let torque = shaft(lead_ahead, gap, stiffness, damping * free);
+        let slid = (speed + gain * drag) + gain * torque;
+        // speed that would change its sign within the step is rest, unless the torque
+        // exceeds stiction
+        let turned = ((slid.to_bits() ^ sign.to_bits()) as i64) < 0;
+        let stops = turned & ((torque + driven).abs() <= coulomb);
+        let slid = if stops { 0.0 } else { slid };
+        leads[lane] = (lead + h * motor_speed - before * speed) - after * slid;
+        (speeds[lane], torques[lane]) = (slid, torque);
+    }
+    ((leads, speeds), torques)
+}
+
 /// Torque of the shaft at a lead of the motor, zero within the gap; selects in place of branches, so
 /// that it vectorises.
 #[inline(always)]
 pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
-    let pressed = lead - lead.max(-half_gap).min(half_gap);
-    if pressed.abs() > 0.0 {
+    // comparisons that a NaN passes unchanged are one instruction, `max` and `min` three
+    let above = if lead < -half_gap { -half_gap } else { lead };
+    let pressed = lead - if above > half_gap { half_gap } else { above };
+    // beyond a flank, told from the lead itself: it need not wait for the difference
+    if lead.abs() > half_gap {
         stiffness * pressed + damping_torque
     } else {
         0.0
@@ -303,7 +382,8 @@ pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f6
 #[inline(always)]
 pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
     // what friction leaves of the gain at rest: nothing below its limit
-    let driven = gain - gain.max(-most).min(most);
+    let above = if gain < -most { -most } else { gain };
+    let driven = gain - if above > most { most } else { above };
     // as long as the speed keeps its sign
     let after = speed + gain - if speed > 0.0 { most } else { -most };
     let turns = speed * after <= 0.0;
@@ -365,6 +445,7 @@ mod tests {
     use super::super::prior::uniform;
     use super::*;
     use lostmotion_base::math;
+    use pulp::{Arch, Simd, WithSimd};
 
     const KNOWN: Known = Known {
         torque_constant: 0.9,
@@ -390,36 +471,42 @@ mod tests {
             damping: each(0.05, 0.5),
             motor_coulomb: each(0.1, 0.05),
         };
-        let start = Progress {
-            next: 1,
-            lead: each(1e-4, 0.3),
-            load_speed: each(-0.4, 0.3),
-            off: [0.0; LANES],
-            speed: [0.2; LANES],
-            filter: KNOWN.filter(2),
-            start: StartFilter::default(),
-        };
-        let (mut wide, mut plain) = (start, start);
-        let at = |n: usize| Sample {
-            position: 4e-3 * math::sin(0.04 * n as f64),
-            current: 2.0 * math::cos(0.05 * n as f64),
+        let at = |n: u32| Sample {
+            position: 4e-3 * math::sin(0.04 * f64::from(n)),
+            current: 2.0 * math::cos(0.05 * f64::from(n)),
             fall: 0.01,
             ticks: 2,
         };
-        for n in 0..400 {
-            let (from, to) = (at(n), at(n + 1));
-            let gains = (n < 100).then_some([0.3, -20.0, 0.9, 50.0]);
-            let one = |progress| OneSample {
-                progress,
-                drive: (&KNOWN, &p, [&from, &to]),
-                gains,
-            };
+        let mut window = Window::default();
+        (window.side, window.torque) = (1, 0.2);
+        window.samples = (0..400).map(at).collect();
+        // loads at rest and on the way in one vector
+        let start = Progress {
+            load_speed: each(-0.4, 0.5).map(|speed: f64| if speed < -1.5 { 0.0 } else { speed }),
+            ..Progress::start(&window, &p)
+        };
+        let (mut wide, mut plain) = (start, start);
+        for n in 1..400 {
             let (a, b) = (
-                Arch::new().dispatch(one(&mut wide)),
-                one(&mut plain).with_simd(pulp::Scalar::new()),
+                Arch::new().dispatch(One(&mut wide, &p, &window)),
+                One(&mut plain, &p, &window).with_simd(pulp::Scalar::new()),
             );
-            assert_eq!(a.e.map(f64::to_bits), b.e.map(f64::to_bits), "{n}");
+            assert_eq!(a, b, "{n}");
             assert_eq!(wide, plain, "{n}");
+        }
+    }
+
+    /// A sample in vectors.
+    struct One<'a>(&'a mut Progress, &'a Hypotheses, &'a Window);
+
+    impl WithSimd for One<'_> {
+        type Output = Option<Option<[u64; LANES]>>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+            let One(progress, p, window) = self;
+            let innovation = progress.step(&KNOWN, p, window)?;
+            Some(innovation.map(|innovation| innovation.e.map(f64::to_bits)))
         }
     }
 

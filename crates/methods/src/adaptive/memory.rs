@@ -63,6 +63,7 @@ impl Adaptive {
             reading: None,
             read: Window::default(),
             since_reading: 0,
+            steady: 0,
             last: None,
             used: if nil { 0.0 } else { gap.used() },
             gap,

@@ -166,10 +166,13 @@ const ALONE_MISFIT: f64 = 20.0;
 /// about as much.
 const LARGEST_INERTIA_DOUBT: f64 = 0.35;
 
-/// Servo ticks between the starts of two readings once the gap is known: 2 s. A choice: a gap wears in
-/// weeks and warms in minutes; shorter follows faster drifts, longer saves the reading, which costs
-/// most of what this method computes.
-const READING_PAUSE_TICKS: u32 = 8000;
+/// Servo ticks between the starts of two readings once the gap is known: 2 s, and twice as long after each that
+/// shows the same, up to 16 s; 2 s again after one that does not. A choice: a gap wears in weeks and warms in
+/// minutes; shorter follows faster drifts, longer saves the reading, which costs most of what this method computes.
+const READING_PAUSE_TICKS: [u32; 4] = [8000, 16_000, 32_000, 64_000];
+/// Part of the gap within which a reading shows the same as those before it. A choice: what has drifted between two
+/// readings leaves no more; readings are a half to one per cent off.
+const SAME_SHARE: f64 = 0.01;
 /// Readings that have to agree for that. A choice: half of those that are kept.
 const READINGS_TO_PAUSE: u32 = 4;
 
@@ -206,6 +209,8 @@ pub struct AdaptiveState {
     read: Window,
     /// Servo ticks since the last reading began.
     since_reading: u32,
+    /// How many readings in a row showed the same as those before them, as far as that counts for the pause.
+    steady: usize,
     /// The last reading, for traces.
     last: Option<GapReading>,
     gap: Readings,
@@ -299,7 +304,7 @@ impl Adaptive {
     fn begin_reading(&self, state: &mut AdaptiveState) {
         let pauses = state.gap.count >= READINGS_TO_PAUSE
             && state.learning.is_anchored()
-            && state.since_reading < READING_PAUSE_TICKS;
+            && state.since_reading < READING_PAUSE_TICKS[state.steady];
         if !state.learning.known || state.reading.is_some() || pauses {
             state.watch.complete.clear();
             return;
@@ -343,6 +348,11 @@ impl Adaptive {
         let settled = !state.read.unsettled;
         let corrected = state.read.corrected;
         state.read.clear();
+        // whether it is within this part of what is known
+        let within = |part: f64| {
+            state.gap.count > 0 && (said.half_gap - state.gap.value).abs() < part * state.gap.value
+        };
+        let (agrees, same) = (within(AGREEING_SHARE), within(SAME_SHARE));
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
         let unsure =
@@ -360,6 +370,11 @@ impl Adaptive {
                 && said.evidence > CLEAR_EVIDENCE
                 && !said.wavered
                 && said.agrees_on(state.load.coulomb);
+            state.steady = if same {
+                (state.steady + 1).min(READING_PAUSE_TICKS.len() - 1)
+            } else {
+                0
+            };
             // single readings only count alone over one crossing that is explained and beyond doubt
             state.gap.take_by(
                 Consensus::Least { corrected },
@@ -376,8 +391,6 @@ impl Adaptive {
             && !hidden
             && settled
         {
-            let agrees = state.gap.count > 0
-                && (said.half_gap - state.gap.value).abs() < AGREEING_SHARE * state.gap.value;
             state
                 .learning
                 .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
@@ -501,6 +514,7 @@ impl Compensator for Adaptive {
             reading: None,
             read: Window::default(),
             since_reading: 0,
+            steady: 0,
             last: None,
             gap: Readings::default(),
             used: 0.0,
@@ -530,6 +544,7 @@ impl Compensator for Adaptive {
         self.finish(state, signals)
     }
 
+    #[inline(always)]
     fn begin<'a>(&'a self, state: &'a mut AdaptiveState, signals: &Signals) -> Option<Twinned<'a>> {
         // learn the load before the twin is stepped with it; not while the load may be without
         // contact
@@ -569,6 +584,7 @@ impl Compensator for Adaptive {
         state.foresee.kept()
     }
 
+    #[inline(always)]
     fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
         // torque and flank before this tick's decision, for the watch
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);

@@ -5,7 +5,8 @@
 //! step      (E' E/scale + A) dp = -(E' e/scale + A (p - p0))         E: differences of e from lane to lane, scale = max(0.3, misfit)
 //! ```
 //! Each pass runs the eight lanes over the window: the point itself, and the point with one unknown
-//! changed, so that derivatives are finite differences. A step that increases the cost is halved.
+//! changed, so that derivatives are finite differences. A step that increases the cost is halved, as long as
+//! what is left of it promises to lower the cost.
 //! The half gap's entry of the inverse normal matrix at the end is its variance (Cramer-Rao).
 
 use super::lanes::{Innovation, Lanes};
@@ -20,6 +21,9 @@ const LARGEST_NUMBER_OF_PASSES: u32 = 12;
 /// Fall of the cost, over the scale, below which the search has converged: a fraction of the one
 /// that a standard deviation makes.
 const CONVERGED_FALL: f64 = 0.3;
+/// Least part of a step that is tried before the search ends where it is. A choice: where an eighth of a step
+/// does not lower the cost, the derivatives are those of another side of a contact.
+const LEAST_PART: f64 = 0.125;
 /// Least misfit that innovations are scaled by: they are smaller than their supposed variance where nothing is
 /// left out of the model. That of the right gap is 0.2 to 0.3 there.
 pub(super) const LEAST_SCALE: f64 = 0.3;
@@ -31,12 +35,14 @@ const LARGEST_GAP_STEP_SHARE: f64 = 0.3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
     pub(super) cost: Lanes,
-    normal: [Vector; N],
-    right: Vector,
+    /// Entry of unknown j in lane j + 1, as the lanes that are changed.
+    normal: [Lanes; N],
+    right: Lanes,
 }
 
 impl Sums {
     /// Adds the innovations of a sample; only their squares without `derivatives`.
+    #[inline(always)]
     pub(super) fn add(&mut self, innovation: &Innovation, derivatives: bool) {
         let (weight, e) = (1.0 / innovation.variance, &innovation.e);
         for (sum, e) in self.cost.iter_mut().zip(e) {
@@ -45,12 +51,14 @@ impl Sums {
         if !derivatives {
             return;
         }
-        // lane 0 is the point, lane i + 1 the point with unknown i changed; lower triangle only
-        let slope: Vector = std::array::from_fn(|i| e[i + 1] - e[0]);
-        for i in 0..N {
-            self.right[i] -= weight * slope[i] * e[0];
-            for j in 0..=i {
-                self.normal[i][j] += weight * slope[i] * slope[j];
+        // lane 0 is the point, lane i + 1 the point with unknown i changed
+        let (slope, point) = (e.map(|changed| changed - e[0]), e[0]);
+        for (sum, slope) in self.right.iter_mut().zip(slope) {
+            *sum -= weight * slope * point;
+        }
+        for (row, of_row) in self.normal.iter_mut().zip(&slope[1..]) {
+            for (sum, slope) in row.iter_mut().zip(slope) {
+                *sum += weight * of_row * slope;
             }
         }
     }
@@ -67,6 +75,8 @@ pub(super) struct Accepted {
     pub(super) load: [[f64; 4]; 4],
     cost: f64,
     step: Vector,
+    /// How much the cost over the scale falls with the whole step, as the derivatives have it.
+    promise: f64,
 }
 
 /// State of the search.
@@ -76,6 +86,8 @@ pub(super) struct Newton {
     pub(super) at: Vector,
     pub(super) accepted: Option<Accepted>,
     passes: u32,
+    /// Part of the accepted point's step that is tried: 1 and halves of it.
+    part: f64,
 }
 
 impl Newton {
@@ -84,6 +96,7 @@ impl Newton {
             at,
             accepted: None,
             passes: 0,
+            part: 1.0,
         }
     }
 
@@ -107,7 +120,7 @@ impl Newton {
         let misfit = sums.cost[0] / count;
         // scaled by its misfit, a window that the model does not explain loses weight against the prior, and the
         // variance grows
-        let (moves, variance, load) =
+        let (moves, promise, variance, load) =
             solve_step(sums, misfit.max(LEAST_SCALE), &information, &pull, step);
         let at = self.at;
         // trust region for the gap, and physical bounds: no negative friction, gap or inertia
@@ -126,43 +139,46 @@ impl Newton {
             load,
             cost,
             step: std::array::from_fn(|i| moved[i] - at[i]),
+            promise,
         });
-        self.at = moved;
+        (self.at, self.part) = (moved, 1.0);
         // converged: the gap moves by less than its uncertainty, and the cost hardly falls
         let small =
             (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
         small && before - cost < CONVERGED_FALL * misfit.max(1.0) || last
     }
 
-    /// Halves the step from the best point. Returns whether there is one.
+    /// Halves the step from the best point. Returns whether what it promises is worth a pass.
     fn halve(&mut self) -> bool {
-        let Some(accepted) = &mut self.accepted else {
+        let Some(accepted) = &self.accepted else {
             return false;
         };
-        accepted.step = accepted.step.map(|step| 0.5 * step);
-        self.at = std::array::from_fn(|i| accepted.at[i] + accepted.step[i]);
-        true
+        self.part *= 0.5;
+        let part = self.part;
+        self.at = std::array::from_fn(|i| accepted.at[i] + part * accepted.step[i]);
+        // along the step the cost falls as a parabola does
+        part >= LEAST_PART && (2.0 - part) * part * accepted.promise > CONVERGED_FALL
     }
 }
 
-/// Step of the unknowns and variance of the half gap.
+/// Step of the unknowns, how much the cost over the scale falls with it, and variance of the half gap.
 fn solve_step(
     sums: &Sums,
     scale: f64,
     information: &[Vector; N],
     pull: &Vector,
     step: &Vector,
-) -> (Vector, f64, [[f64; 4]; 4]) {
+) -> (Vector, f64, f64, [[f64; 4]; 4]) {
     // in units of the differences, so that the unknowns are of like size; a small ridge for what
     // the window does not determine
     let mut a = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
-            a[i][j] = sums.normal[i][j] / scale + information[i][j] * step[i] * step[j];
+            a[i][j] = sums.normal[i][j + 1] / scale + information[i][j] * step[i] * step[j];
         }
         a[i][i] = a[i][i] * (1.0 + 1e-9) + 1e-12;
     }
-    let right: Vector = std::array::from_fn(|i| sums.right[i] / scale - pull[i] * step[i]);
+    let right: Vector = std::array::from_fn(|i| sums.right[i + 1] / scale - pull[i] * step[i]);
     // the variance is the gap's diagonal entry of the inverse
     let (l, mut unit) = (cholesky(&a, LEAST_PIVOT), [0.0; N]);
     unit[GAP] = 1.0;
@@ -175,6 +191,7 @@ fn solve_step(
     });
     (
         std::array::from_fn(|i| x[i] * step[i]),
+        x.iter().zip(right).map(|(x, right)| x * right).sum(),
         cholesky_solve(&l, &unit)[GAP] * step[GAP] * step[GAP],
         columns,
     )

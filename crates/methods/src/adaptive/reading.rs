@@ -20,6 +20,7 @@ use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
 use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, Onset, Said};
 use super::window::Window;
 use lostmotion_base::math;
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Bound of the consecutive ticks in which the encoder of a slow motor has the same rounding error:
@@ -104,6 +105,23 @@ pub(super) struct Reading {
     best: (f64, f64),
     without: f64,
     newton: Newton,
+}
+
+/// The samples of a tick in vectors as wide as the processor has them, which is most of what this compensator
+/// computes. The bits do not depend on the width.
+struct Samples<'a> {
+    reading: &'a mut Reading,
+    window: &'a Window,
+    known: &'a Known,
+}
+
+impl WithSimd for Samples<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        self.reading.samples(self.window, self.known)
+    }
 }
 
 impl Reading {
@@ -208,7 +226,21 @@ impl Reading {
     pub(super) fn work(&mut self, window: &mut Window, known: &Known) -> Option<Said> {
         // the supposed noise bounds that of the encoder from below
         let noise = (known.noise * self.steps).max(SUPPOSED_NOISE_RAD[self.level]);
-        let known = &Known { noise, ..*known };
+        let known = Known { noise, ..*known };
+        let ends = Arch::new().dispatch(Samples {
+            reading: self,
+            window,
+            known: &known,
+        });
+        if ends {
+            return self.pass_done(window, noise > SUPPOSED_NOISE_RAD[self.level]);
+        }
+        None
+    }
+
+    /// Takes the samples of one tick. Returns whether the window ends with them.
+    #[inline(always)]
+    fn samples(&mut self, window: &Window, known: &Known) -> bool {
         for _ in 0..SAMPLES_PER_TICK {
             match self.progress.step(known, &self.hypotheses, window) {
                 Some(Some(innovation)) => {
@@ -225,10 +257,10 @@ impl Reading {
                     self.sums.add(&innovation, self.phase == Phase::Newton);
                 }
                 Some(None) => {}
-                None => return self.pass_done(window, noise > SUPPOSED_NOISE_RAD[self.level]),
+                None => return true,
             }
         }
-        None
+        false
     }
 
     /// Samples that count: those behind the warm-up.

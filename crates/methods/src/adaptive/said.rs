@@ -114,6 +114,7 @@ pub(super) struct Onset {
 impl Onset {
     /// Searches a sample: `side`, the flank that was left; `known`, a half gap that is known already
     /// (rad, else 0); `enough`, the sum of squares that shows a contact.
+    #[inline(always)]
     pub(super) fn look(
         &mut self,
         innovation: &Innovation,

@@ -62,6 +62,7 @@ impl StartFilter {
     }
 
     /// Gains of the next sample. `is_pressed`: the load is on a flank; `stands`: it has no speed.
+    #[inline(always)]
     pub(super) fn step(
         &mut self,
         known: &Known,
@@ -104,6 +105,7 @@ impl StartFilter {
 
 /// What lead and speed of a load become over a sample, and the mean torque of its shaft meanwhile, in both:
 /// the steps of the hypotheses, without friction.
+#[inline(always)]
 fn over_sample(
     [stiffness, damping]: [f64; 2],
     mobility: f64,
@@ -128,6 +130,7 @@ fn over_sample(
 }
 
 /// F P F'.
+#[inline(always)]
 fn carried(f: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
     let half: Matrix<N> = std::array::from_fn(|i| {
         std::array::from_fn(|j| (0..N).map(|n| f[i][n] * covariance[n][j]).sum())
@@ -135,6 +138,7 @@ fn carried(f: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|n| half[i][n] * f[j][n]).sum()))
 }
 
+#[inline(always)]
 fn square(x: f64) -> f64 {
     x * x
 }
