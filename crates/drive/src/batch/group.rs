@@ -170,6 +170,8 @@ impl Group {
         });
         if marks.asked.iter().any(|asked| *asked) {
             // compensators run lane by lane up to their model of the axis; the models step together
+            // all of them before any is used: what was just written number by number would be
+            // waited for when it is read in vectors
             let seen: [Seen; WIDTH] = std::array::from_fn(|lane| lanes.seen(lane));
             let mut steps = [const { None }; WIDTH];
             for (lane, axis) in axes
