@@ -247,6 +247,7 @@ impl Progress {
 
 /// What the load's step multiplies with: divisions and all that stays over a sample out of the inner loop. `g` is the
 /// time after which the shaft's torque is taken, `u` the speed of the motor.
+#[derive(Default)]
 struct LoadRates {
     /// h/J_L: speed that a torque on the load adds in a step.
     gain: Lanes,
@@ -266,15 +267,7 @@ impl LoadRates {
     #[inline(always)]
     fn new(p: &Hypotheses, motor_speed: f64, step: Step) -> LoadRates {
         let (h, ahead) = (step.time_s, step.part * step.time_s);
-        let zero = [0.0; LANES];
-        let mut rates = LoadRates {
-            gain: zero,
-            onward: zero,
-            by_friction: zero,
-            by_speed: zero,
-            way: [zero; 3],
-            shaft: [zero; 2],
-        };
+        let mut rates = LoadRates::default();
         for lane in 0..LANES {
             let inverse = 1.0 / p.inertia[lane];
             let (gain, by_drag) = (h * inverse, ahead * inverse);
