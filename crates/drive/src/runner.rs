@@ -145,8 +145,8 @@ pub trait AxisRunner: Send {
     /// command itself.
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>>;
 
-    /// And what it answers, once its model is stepped.
-    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction;
+    /// And what it answers to the tick that was begun, once its model is stepped.
+    fn finish_compensation(&mut self) -> Correction;
 
     /// [`crate::Compensator::HEEDS_OTHERS`] of its compensator.
     fn heeds_others(&self) -> bool;
@@ -168,14 +168,14 @@ pub trait AxisRunner: Send {
 #[derive(Debug)]
 pub struct TwinStep<'a> {
     pub(crate) twin: Twinned<'a>,
-    pub(crate) reference: Reference,
-    pub(crate) next: Reference,
+    pub(crate) reference: &'a Reference,
+    pub(crate) next: &'a Reference,
 }
 
 impl TwinStep<'_> {
     /// Steps it by itself.
     pub fn run(self) {
-        self.twin.step(&self.reference, &self.next);
+        self.twin.step(self.reference, self.next);
     }
 }
 

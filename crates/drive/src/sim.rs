@@ -49,19 +49,21 @@ struct Taken {
     load_torque: f64,
     /// Its block.
     block: Option<BlockMotion>,
+    /// What the compensator saw at the tick that a batch has begun.
+    signals: Option<Signals>,
 }
 
 impl Taken {
     /// The reference at a servo tick, and the next one.
     #[inline]
-    fn at(&self, index: u32, spline: &SplineState) -> (Reference, Reference) {
+    fn at(&self, index: u32, spline: &SplineState) -> [Reference; 2] {
         let at = |index: u32| {
             self.references
                 .get(index as usize)
                 .copied()
-                .unwrap_or(spline.end())
+                .unwrap_or_else(|| spline.end())
         };
-        (at(index), at(index + 1))
+        [at(index), at(index + 1)]
     }
 }
 
@@ -168,7 +170,8 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let (reference, next_reference) = self.setpoint.at(index, &state.spline);
+        let references = self.setpoint.at(index, &state.spline);
+        let [reference, next_reference] = references;
         // the encoder first: everything in the tick sees the same instant
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let seen = Seen {
@@ -181,7 +184,6 @@ impl<C: Compensator> AxisSim<C> {
         };
         let [direct, quadrature] = [state.plant.current_d, state.plant.current_q];
         out.current_squares += direct * direct + quadrature * quadrature;
-        let references = [reference, next_reference];
         let signals = model.signals(references, self.setpoint.block, &seen);
         let correction = model.correct(&mut state.compensator, &signals);
         out.correction = correction.position + correction.feedback;
@@ -308,30 +310,28 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     }
 
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
-        let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        let signals = self
-            .model
-            .signals([reference, next], self.setpoint.block, seen);
+        let references = self.setpoint.at(index, &self.state.spline);
+        let signals = self.model.signals(references, self.setpoint.block, seen);
+        let signals = self.setpoint.signals.insert(signals);
         let twin = self
             .model
             .compensator
-            .begin(&mut self.state.compensator, &signals)?;
+            .begin(&mut self.state.compensator, signals)?;
         Some(TwinStep {
             twin,
-            reference,
-            next,
+            reference: &signals.reference,
+            next: &signals.next_reference,
         })
     }
 
-    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
-        let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        let signals = self
-            .model
-            .signals([reference, next], self.setpoint.block, seen);
+    fn finish_compensation(&mut self) -> Correction {
+        let Some(signals) = &self.setpoint.signals else {
+            return Correction::NONE;
+        };
         usable(
             self.model
                 .compensator
-                .finish(&mut self.state.compensator, &signals),
+                .finish(&mut self.state.compensator, signals),
         )
     }
 

@@ -17,10 +17,11 @@
 //! in a servo period; sums are ordered so that what comes late in a period is added last.
 
 use crate::config::AxisConfig;
-use crate::number::{Number, numbers};
+use crate::number::numbers;
 use crate::plant::{Contact, Friction, Mode, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{Correction, Reference};
+use lostmotion_base::Number;
 use serde::{Deserialize, Serialize};
 
 /// Motor and drive of the twin.
@@ -87,14 +88,26 @@ pub struct Twinned<'a> {
     pub twin: &'a Twin,
     /// Where it is.
     pub state: &'a mut TwinState,
-    /// The load it carries over the tick.
-    pub load: LoadModel,
+    /// The load it carries over the tick,
+    pub load: &'a LoadModel,
+    /// and the torque of its weight where it is, against the positive direction, N m.
+    pub weight: f64,
 }
 
 impl Twinned<'_> {
     /// Steps it by a servo period.
     pub fn step(self, reference: &Reference, next: &Reference) {
-        self.twin.step(self.state, reference, next, &self.load);
+        let load = self.weighed();
+        self.twin.step(self.state, reference, next, &load);
+    }
+
+    /// The load with its weight.
+    #[inline]
+    pub(crate) fn weighed(&self) -> LoadModel {
+        LoadModel {
+            constant: self.load.constant + self.weight,
+            ..*self.load
+        }
     }
 }
 

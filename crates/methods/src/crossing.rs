@@ -223,17 +223,19 @@ impl Crossing {
     pub(super) fn begin<'a>(
         &'a self,
         state: &'a mut CrossingState,
-        load: &LoadModel,
+        load: &'a LoadModel,
     ) -> Twinned<'a> {
         state.before = state.twin.shown();
         Twinned {
             twin: &self.twin,
-            load: self.weighed(load, state.before.load_position),
+            load,
+            weight: self.weight.at(state.before.load_position),
             state: &mut state.twin,
         }
     }
 
     /// Second part of a tick: flank, traverse and correction, once the twin has been stepped.
+    #[inline(always)]
     pub(super) fn finish(
         &self,
         state: &mut CrossingState,
@@ -248,12 +250,7 @@ impl Crossing {
         // no new decision while a crossing is under way: it ends at rest on the far flank
         if !state.crossing() {
             // time of the traverse first: half of it is the lead of the prediction
-            let ticks = ticks_for(
-                2.0 * half_gap,
-                self.acceleration,
-                self.period,
-                self.traverse_ticks,
-            );
+            let ticks = self.ticks_across(state, half_gap);
             let side = self.side_ahead(
                 state,
                 &now,
@@ -273,6 +270,21 @@ impl Crossing {
         let crossing = state.crossing();
         let offset = state.traverse.step(&self.current, self.period);
         self.correction(state, &now, &offset, load, crossing)
+    }
+
+    /// Servo ticks of a traverse of a gap, given half of it (rad): a gap changes in few ticks.
+    #[inline]
+    fn ticks_across(&self, state: &mut CrossingState, half_gap: f64) -> u32 {
+        if state.across != Some(half_gap) {
+            state.across = Some(half_gap);
+            state.ticks_across = ticks_for(
+                2.0 * half_gap,
+                self.acceleration,
+                self.period,
+                self.traverse_ticks,
+            );
+        }
+        state.ticks_across
     }
 
     /// Starts to the offset of another flank.
@@ -315,6 +327,7 @@ impl Crossing {
     }
 
     /// Whether a load rests, too: at most it crosses the gap by itself until friction has stopped it.
+    #[inline(always)]
     fn has_settled(&self, state: &CrossingState, load: &LoadModel, half_gap: f64) -> bool {
         let Some(ticks) = state.held_ticks.checked_sub(HELD_AFTER_TICKS) else {
             return false;
@@ -326,6 +339,7 @@ impl Crossing {
 
     /// Applies a half gap that has become known or has changed on the flank, so gently that the load stays
     /// in contact: while it slides and is pressed, or rests.
+    #[inline(always)]
     fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, half_gap: HalfGap) {
         let has_settled = self.has_settled(state, load, half_gap.resting);
         if has_settled && state.held_ticks >= self.rest_ticks {
@@ -421,6 +435,7 @@ impl Crossing {
     }
 
     /// Means of the torque that holds the axis at rest, and the lagged reference.
+    #[inline(always)]
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
         let (at_rest, torque) = (
             signals.next_reference.velocity == 0.0,
@@ -452,6 +467,7 @@ impl Crossing {
 
     /// Flank that has to carry the load at the middle of a traverse that would start now, given the half gap
     /// (rad) and half of the traverse (servo ticks).
+    #[inline(always)]
     fn side_ahead(
         &self,
         state: &mut CrossingState,
@@ -520,6 +536,7 @@ impl Crossing {
     }
 
     /// Offset, velocity and torque of the traverse, with the wind-up on top.
+    #[inline(always)]
     fn correction(
         &self,
         state: &mut CrossingState,
@@ -577,6 +594,9 @@ pub(crate) struct CrossingState {
     /// Flank that carries the load, or is to carry it: -1, 1; 0 before the first.
     pub(crate) side: i8,
     pub(super) traverse: Traverse,
+    /// The half gap that a traverse was laid out for last, rad, and its servo ticks.
+    across: Option<f64>,
+    ticks_across: u32,
     /// Whether the traverse applies a changed half gap on the same flank.
     pub(super) taking_up: bool,
     /// Reference velocity and acceleration as the axis follows them.
@@ -628,6 +648,8 @@ impl CrossingState {
             twin,
             side: 0,
             traverse: Traverse::default(),
+            across: None,
+            ticks_across: 0,
             taking_up: false,
             lagged: [0.0; 2],
             passage: Passage::default(),

@@ -41,6 +41,7 @@ struct Awaited {
 impl Passage {
     /// Speed and acceleration some ticks of `period` (s) ahead (rad/s, rad/s2) from those now and
     /// the change of acceleration in a tick. To be called every tick.
+    #[inline(always)]
     pub(super) fn ahead(
         &mut self,
         speed: f64,
@@ -83,6 +84,7 @@ impl Passage {
         ]
     }
 
+    #[inline(always)]
     fn check_prediction(&mut self, acceleration: f64) {
         let Some(awaited) = &mut self.awaited else {
             return;

@@ -104,20 +104,30 @@ impl Traverse {
     }
 
     /// Whether it has not arrived yet.
+    #[inline(always)]
     pub(super) fn moving(&self) -> bool {
         self.tick < f64::from(self.ticks)
     }
 
     /// Its present offset, rad.
+    #[inline(always)]
     pub(super) fn now(&self) -> f64 {
         self.position(self.tick)
     }
 
     /// Advances by one tick of `period` s. The acceleration is that of the setpoint of the torque.
+    #[inline(always)]
     pub(super) fn step(&mut self, current: &CurrentLag, period: f64) -> Offset {
-        let before = self.now();
         // a tick past its end all of its torque has been set
-        self.tick = (self.tick + 1.0).min(f64::from(self.ticks) + 1.0);
+        let over = f64::from(self.ticks) + 1.0;
+        if self.tick >= over {
+            return Offset {
+                position: self.to,
+                ..Offset::default()
+            };
+        }
+        let before = self.now();
+        self.tick = (self.tick + 1.0).min(over);
         let (from, to) = (self.tick, self.tick + 1.0);
         let mean = self.velocity(to - current.half_step, period)
             - self.velocity(from - current.half_step, period);
@@ -145,6 +155,7 @@ impl Traverse {
     }
 
     /// Part of its time, 0 to 1.
+    #[inline(always)]
     fn part(&self, tick: f64) -> f64 {
         if tick < f64::from(self.ticks) {
             (tick / f64::from(self.ticks)).max(0.0)
@@ -153,6 +164,7 @@ impl Traverse {
         }
     }
 
+    #[inline(always)]
     fn position(&self, tick: f64) -> f64 {
         let u = self.part(tick);
         // exactly there at its end

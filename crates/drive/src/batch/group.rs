@@ -36,6 +36,9 @@ struct Marks {
     resident: [bool; WIDTH],
     /// Resident, and its compensator has to be asked.
     asked: [bool; WIDTH],
+    /// Whether any of those that run is not resident, and whether somebody looks at every tick of one that is.
+    any_alone: bool,
+    any_watched: bool,
 }
 
 impl Group {
@@ -121,6 +124,9 @@ impl Group {
             marks,
             ..
         } = self;
+        let watched = outputs
+            .iter()
+            .any(|output| output.trace.is_some() || output.motor.is_some());
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs).enumerate() {
             let mut axis = axis.current_loop();
             // a lane that ends gives its state back to the axis, and its count of ticks at a limit
@@ -148,6 +154,11 @@ impl Group {
                 lanes.refer(lane, &axis);
             }
         }
+        let all = 0..WIDTH;
+        marks.any_alone = all
+            .clone()
+            .any(|lane| marks.running[lane] && !marks.resident[lane]);
+        marks.any_watched = watched && all.clone().any(|lane| marks.resident[lane]);
     }
 
     fn servo_tick(&mut self, index: u32, outputs: &mut [&mut AxisOutput]) {
@@ -187,7 +198,7 @@ impl Group {
                 .enumerate()
                 .filter(|(lane, _)| marks.asked[*lane])
             {
-                let correction = axis.finish_compensation(index, &seen[lane]);
+                let correction = axis.finish_compensation();
                 lanes.loops.correct(lane, &correction);
                 if outputs[lane].trace.is_some() {
                     corrections[lane] = correction;
@@ -195,13 +206,15 @@ impl Group {
             }
         }
         // a sample shows the axis before this tick's command has any effect
-        for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
-            if let Some(trace) = output.trace.as_mut().filter(|_| resident[lane]) {
-                let (fast, correction) = (axis.current_loop(), &corrections[lane]);
-                trace.push(lanes.sample(lane, index as usize, &fast, correction));
-            }
-            if let Some(motor) = output.motor.as_mut().filter(|_| resident[lane]) {
-                motor.push(lanes.motor(lane));
+        if marks.any_watched {
+            for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
+                if let Some(trace) = output.trace.as_mut().filter(|_| resident[lane]) {
+                    let (fast, correction) = (axis.current_loop(), &corrections[lane]);
+                    trace.push(lanes.sample(lane, index as usize, &fast, correction));
+                }
+                if let Some(motor) = output.motor.as_mut().filter(|_| resident[lane]) {
+                    motor.push(lanes.motor(lane));
+                }
             }
         }
         // position and velocity loops together
@@ -210,8 +223,9 @@ impl Group {
             index: index as usize,
             resident,
         });
+        let alone = |lane: usize| marks.any_alone && marks.running[lane] && !resident[lane];
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
-            if !marks.running[lane] || resident[lane] {
+            if !alone(lane) {
                 continue;
             }
             // other lanes take their tick by themselves and lend their state for the periods
@@ -239,7 +253,7 @@ impl Group {
         // resident lanes count their ticks at a limit here, the others in `finish`
         lanes.loops.count();
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
-            if marks.running[lane] && !resident[lane] {
+            if alone(lane) {
                 let mut fast = axis.current_loop();
                 if marks.active[lane] {
                     lanes.scatter(lane, &mut fast);

@@ -4,12 +4,13 @@
 
 use super::lanes::{Lanes, PeriodNumbers, Row, WIDTH};
 use super::tick::parts;
-use super::vector::{Part, Wide, WideMask};
-use crate::number::Number;
+use super::vector::Part;
 use crate::plant::{
     exact_step, keeps_pushing, keeps_sliding, keeps_standing, shaft_torque, stays_within,
 };
 use crate::servo::{CurrentOutput, CurrentPeriod};
+use lostmotion_base::Number;
+use lostmotion_base::{Wide, WideMask};
 use pulp::{Simd, WithSimd};
 
 /// Takes periods from `from` until one in which a lane has to step by itself.
@@ -142,7 +143,7 @@ impl<S: Simd> Part<S> {
         }
         let (zero, one) = (self.all(0.0), self.all(1.0));
         // near rest and near breaking away the cubics tell more
-        if !one.flag(same).less(one).none() {
+        if !Wide::none(one.flag(same).less(one)) {
             let friction = [
                 self.get(&n.friction[0]),
                 self.get(&n.friction[1]) + held_load,
@@ -196,7 +197,7 @@ impl<S: Simd> Part<S> {
     #[inline(always)]
     fn stop(self, fine: Wide<S>, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
         // nearly every period: nothing happens in any lane
-        if fine.less(self.all(1.0)).none() {
+        if Wide::none(fine.less(self.all(1.0))) {
             return false;
         }
         let mut row = Row([1.0; WIDTH]);

@@ -3,8 +3,8 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::vector::Part;
-use crate::number::Number;
 use crate::servo::{PlainDrive, VelocityInput, VelocityOutput, counted};
+use lostmotion_base::Number;
 use pulp::{Simd, WithSimd};
 
 /// Reads the encoders, and writes down where loads and references are.

@@ -6,14 +6,15 @@
 
 use super::lanes::{Row, WIDTH, in_lane};
 use super::tick::parts;
-use super::vector::{Part, Wide};
-use crate::number::Number;
+use super::vector::Part;
 use crate::runner::TwinStep;
 use crate::servo::{
     CurrentNumbers, CurrentOutput, CurrentPeriod, PlainDrive, TickNumbers, VelocityInput,
     VelocityOutput,
 };
-use crate::twin::{MotorNumbers, Rates, Twin, TwinMasses, TwinState};
+use crate::twin::{LoadModel, MotorNumbers, Rates, Twin, TwinMasses, TwinState};
+use lostmotion_base::Number;
+use lostmotion_base::Wide;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers of drive and motor.
@@ -58,12 +59,15 @@ pub(super) struct Twins {
     pub(super) states: TwinRows,
     known: [bool; WIDTH],
     plain: [bool; WIDTH],
+    /// The load that a lane's rates are of.
+    loads: [Option<LoadModel>; WIDTH],
 }
 
 impl Twins {
     /// The axis of a lane may be another one from now on.
     pub(super) fn forget(&mut self, lane: usize) {
         self.known[lane] = false;
+        self.loads[lane] = None;
     }
 
     /// Steps all that there are.
@@ -76,13 +80,19 @@ impl Twins {
         let mut taken = [false; WIDTH];
         for (lane, step) in steps.iter().enumerate() {
             let Some(step) = step else { continue };
-            // numbers of drive and motor are taken once, the load at every tick: it may have been
-            // learned anew
+            // numbers of drive and motor are taken once
             if !self.known[lane] {
                 (self.plain[lane], self.known[lane]) =
                     (self.numbers.put(lane, step.twin.twin), true);
             }
             if self.plain[lane] {
+                // the load may have been learned anew, which few ticks bring
+                let load = step.twin.weighed();
+                if self.loads[lane] != Some(load) {
+                    self.loads[lane] = Some(load);
+                    let rates = step.twin.twin.rates(&load);
+                    self.states.rates.put(&rates, in_lane(lane));
+                }
                 self.states.take(lane, step);
                 taken[lane] = true;
             }
@@ -134,7 +144,6 @@ fn fill<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
 impl TwinRows {
     fn take(&mut self, lane: usize, step: &TwinStep<'_>) {
         let state: &TwinState = step.twin.state;
-        let rates = step.twin.twin.rates(&step.twin.load);
         fill(
             &mut self.reference,
             lane,
@@ -144,7 +153,6 @@ impl TwinRows {
                 step.next.velocity,
             ],
         );
-        self.rates.put(&rates, in_lane(lane));
         let (velocity, current, plant) =
             (&state.servo.velocity, &state.servo.current, &state.plant);
         self.seen.0[lane] = velocity.position;

@@ -15,7 +15,8 @@
 use super::mode::{Coupling, Friction, MATRICES, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
-use crate::number::{Number, numbers};
+use crate::number::numbers;
+use lostmotion_base::Number;
 use lostmotion_base::linalg::{Matrix, expm};
 
 /// Current, penetration, motor speed, load speed.

@@ -192,7 +192,15 @@ impl Waves {
     }
 
     /// Their sum at an angle, rad.
+    #[inline]
     pub fn at(&self, angle: f64) -> f64 {
+        if self.len == 0 {
+            return 0.0;
+        }
+        self.sum_at(angle)
+    }
+
+    fn sum_at(&self, angle: f64) -> f64 {
         self.as_slice()
             .iter()
             .map(|wave| wave.amplitude * math::sin(wave.per_rad * angle + wave.phase_rad))

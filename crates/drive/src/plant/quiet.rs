@@ -10,7 +10,7 @@ use super::guard::Guards;
 use super::mode::{Contact, Friction, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
-use crate::number::Number;
+use lostmotion_base::Number;
 
 /// Largest rate of a plant times its period with which the cubic is looked at. A choice: a vibration of
 /// that rate is off the cubic by 1/384 of its amplitude, a sixth of what [`SLOPE_PART`] leaves it.

@@ -5,9 +5,10 @@
 use super::filter::FilterState;
 use super::{Measured, Servo};
 use crate::config::{AntiWindup, FrictionFeedforward};
-use crate::number::{Number, numbers};
+use crate::number::numbers;
 use crate::plant::{PlantInput, PlantState};
 use crate::signal::{Correction, Reference};
+use lostmotion_base::Number;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 

@@ -14,13 +14,14 @@
 //! of the gapless twin as long as nothing is corrected; then it is a mass between the flanks of the
 //! measured motor, so that what a correction really does to the motor counts.
 
-use super::lanes::slide;
+use super::lanes::slide_alone;
 use lostmotion_base::Clock;
 use lostmotion_drive::twin::{LoadModel, Shown};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Command cycles that are kept until somebody asks. A choice: several exchanges between axes.
+/// Command cycles that are kept until somebody asks; behind them nothing is foreseen until then. A choice: several
+/// exchanges between axes.
 const MOST_CYCLES: usize = 256;
 /// Command cycles before the gap is known that are foreseen once it is. A choice: 4 s at 1 kHz, in which
 /// an axis comes back mostly; 96 kB.
@@ -44,7 +45,7 @@ impl Mass {
     /// A step of `h` s: to the motor's place (rad) with its speed (rad/s).
     fn step(&mut self, [motor, motor_speed]: [f64; 2], half_gap: f64, load: &LoadModel, h: f64) {
         let gain = -h * (load.viscous * self.speed + load.constant) / load.inertia;
-        let speed = slide(self.speed, gain, h * load.coulomb / load.inertia);
+        let speed = slide_alone(self.speed, gain, h * load.coulomb / load.inertia);
         let free = self.place + h * speed;
         self.place = free.max(motor - half_gap).min(motor + half_gap);
         self.speed = if self.place == free {
@@ -110,6 +111,10 @@ impl Foresee {
         twin: &Shown,
         ticks: u32,
     ) {
+        // nobody asks an axis that moves alone
+        if self.asked >= MOST_CYCLES {
+            return;
+        }
         let (speed, half_gap, h) = (
             twin.motor_velocity,
             known.unwrap_or(0.0),
@@ -149,9 +154,6 @@ impl Foresee {
                 load: twin.load_position,
                 wound,
             });
-        }
-        if self.asked >= MOST_CYCLES {
-            return;
         }
         self.asked += 1;
         // a weight hangs on one flank: its place is set with the gap in it, and stays
@@ -201,9 +203,14 @@ impl Foresee {
         &self.kept
     }
 
-    /// Forgets what was asked for.
-    pub(super) fn clear(&mut self) {
+    /// Forgets what was asked for. `place`: that of the motor, rad, from which it starts anew where nobody had asked
+    /// for long.
+    pub(super) fn clear(&mut self, place: f64) {
         self.kept.clear();
+        if self.asked >= MOST_CYCLES {
+            self.past.clear();
+            (self.masses, self.idle, self.tick) = ([Mass { place, speed: 0.0 }; 2], IDLE_TICKS, 0);
+        }
         self.asked = 0;
     }
 }
@@ -294,7 +301,7 @@ mod tests {
                 Some(half_gap),
                 (&LOAD, true),
                 &twin,
-                1,
+                4,
             );
             let [_, with] = foresee.masses.map(|mass| mass.place);
             assert!(
@@ -303,6 +310,27 @@ mod tests {
             );
             before = with;
         }
+    }
+
+    #[test]
+    fn an_axis_that_nobody_asks_foresees_nothing_until_somebody_does() {
+        let mut foresee = Foresee::at(0.0);
+        let stand = |foresee: &mut Foresee, place: f64, cycles: usize| {
+            let twin = Shown {
+                load_position: place,
+                ..Shown::default()
+            };
+            for _ in 0..cycles {
+                foresee.step([place, 0.0], Some(1e-3), (&LOAD, true), &twin, 1);
+            }
+        };
+        stand(&mut foresee, 0.0, MOST_CYCLES);
+        let alone = foresee.clone();
+        stand(&mut foresee, 5.0, 1);
+        assert_eq!(foresee, alone);
+        foresee.clear(5.0);
+        stand(&mut foresee, 5.0, 2);
+        assert_eq!(foresee.kept(), [Some([5.0; 2]); 2]);
     }
 
     #[test]
@@ -321,8 +349,8 @@ mod tests {
             let at = [motor, 0.0];
             // the control asks twenty times a second
             if tick % 200 == 0 {
-                early.clear();
-                late.clear();
+                early.clear(0.0);
+                late.clear(0.0);
             }
             early.step(at, Some(half_gap), (&LOAD, true), &twin, 4);
             let known = (tick == 4000).then_some(half_gap);

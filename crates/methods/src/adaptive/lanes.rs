@@ -1,26 +1,21 @@
-//! The load behind a motor whose motion is known, and the motor as its current should have moved
-//! it: eight hypotheses side by side.
+//! A motor as its current should have moved it, with the load behind it (`load_laws`): eight hypotheses side by side.
 //!
 //! Over each sample, with the motor going from one measured position to the next at a constant
-//! speed `u` (SI units at the motor):
+//! speed (SI units at the motor):
 //! ```text
-//! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that resists it; it stands as long as T_f can hold the rest
-//!         r  = u - w_L - g D/J_L                           rate of the twist without the shaft, after g = h/2
-//!         T  = (k p + d r)/(1 + (g^2 k + g d)/J_L)         p: lead x + g r past the flank, 0 within the gap
-//!         w_L += h (T + D)/J_L                             to rest at most;   x += h (u - mean of w_L before and after)
-//! motor   w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w
-//!         e   = theta measured - theta;  theta += alpha e, w += beta e/H
+//! w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w       T: mean torque of the shaft
+//! e   = theta measured - theta;  theta += alpha e, w += beta e/H
 //! ```
-//! The load's equation is the midpoint rule with step `h` (a quarter of a sample), which takes no energy from a
-//! load that swings on its shaft; implicit Euler (`g = h`), which ends swinging, in merged samples, that are
-//! longer. `e` is the innovation: what the hypothesis did not predict. alpha and beta are those
-//! of the steady-state Kalman filter for the encoder's rounding against an unmodelled torque; the
-//! true parameters minimise the sum of `e^2` over its variance (prediction error method, Ljung,
-//! *System Identification*, 1999).
+//! The load takes four steps in a sample (`h = H/4`). `e` is the innovation: what the hypothesis did not
+//! predict. alpha and beta are those of the steady-state Kalman filter for the encoder's rounding against an
+//! unmodelled torque; the true parameters minimise the sum of `e^2` over its variance (prediction error method,
+//! Ljung, *System Identification*, 1999).
 
-use super::start::{Gains, StartFilter};
+use super::load_laws::{Driven, LoadLaws};
+use super::start::{Gains, StartFilter, StartRates};
 use super::window::{Sample, Window};
-use lostmotion_base::Clock;
+use lostmotion_base::{Clock, Number, Wide};
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// Hypotheses side by side.
@@ -62,7 +57,7 @@ pub(super) struct Progress {
 pub(super) const WARM_UP: usize = 140;
 
 /// Step of a load's equation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Step {
     /// s.
     pub(super) time_s: f64,
@@ -123,10 +118,12 @@ impl Progress {
     /// Takes one more sample of the window: `None` at its end, else the innovations, or `Some(None)`
     /// during the warm-up.
     #[inline(always)]
-    pub(super) fn step(
+    pub(super) fn step<S: Simd>(
         &mut self,
+        simd: S,
         known: &Known,
         p: &Hypotheses,
+        stays: &mut Stays,
         window: &Window,
     ) -> Option<Option<Innovation>> {
         let [from, to] = [
@@ -137,13 +134,15 @@ impl Progress {
         if to.ticks != self.filter.ticks {
             self.filter = known.filter(to.ticks);
         }
+        if stays.ticks != self.filter.ticks {
+            *stays = Stays::of(p, &self.filter);
+        }
         let warm = self.next < WARM_UP;
-        let gains = warm.then(|| self.find_start(known, p, window));
+        let gains = warm.then(|| self.find_start(known, p, stays, window));
         self.next += 1;
         // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / self.filter.span;
-        let step = Step::of(&self.filter);
-        let torque = self.load(p, speed, step);
+        let torque = self.load(simd, stays, speed);
         let innovation = self.motor(known, p, &torque, from, to);
         self.correct(&innovation.e, gains);
         Some((!warm).then_some(innovation))
@@ -151,42 +150,51 @@ impl Progress {
 
     /// Gains of the next sample of the warm-up.
     #[inline(always)]
-    fn find_start(&mut self, known: &Known, p: &Hypotheses, window: &Window) -> Gains {
+    fn find_start(
+        &mut self,
+        known: &Known,
+        p: &Hypotheses,
+        stays: &mut Stays,
+        window: &Window,
+    ) -> Gains {
         if self.next == 1 {
             let span = self.filter.span;
             self.start = StartFilter::new(known, p, window.torque, window.stands, span);
         }
         let is_pressed = self.lead[0].abs() > p.half_gap[0];
         let stands = self.load_speed[0].abs() <= 0.0;
-        let step = Step::of(&self.filter);
-        self.start.step(known, p, [is_pressed, stands], step)
+        let of = [is_pressed, stands];
+        if stays.start.of != Some(of) {
+            stays.start = StartRates::new(known, p, of, stays.step);
+        }
+        self.start.step(known, &stays.start)
     }
 
     /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
-    fn load(&mut self, p: &Hypotheses, motor_speed: f64, step: Step) -> Lanes {
-        let mut sum = [0.0; LANES];
-        let rates = LoadRates::new(p, motor_speed, step);
-        // copies of both, which stay in vectors from step to step
-        let mut load = (self.lead, self.load_speed);
-        for _ in 0..STEPS_PER_SAMPLE {
-            // a load at rest has to be asked whether it sticks; mostly none of them rests
-            let rests = load
-                .1
-                .iter()
-                .fold(false, |rests, speed| rests | (speed.abs() <= 0.0));
-            let torque;
-            (load, torque) = if rests {
-                load_step::<true>(load, p, &rates, motor_speed, step)
-            } else {
-                load_step::<false>(load, p, &rates, motor_speed, step)
-            };
-            for (sum, torque) in sum.iter_mut().zip(torque) {
-                *sum += torque;
+    fn load<S: Simd>(&mut self, simd: S, stays: &Stays, motor_speed: f64) -> Lanes {
+        let mut mean = [0.0; LANES];
+        for part in 0..LANES / S::F64_LANES {
+            let get = |lanes: &Lanes| Wide::get(simd, lanes, part);
+            let laws = stays.load.map(get);
+            let driven = Driven::new(&laws, motor_speed);
+            let mut load = [get(&self.lead), get(&self.load_speed)];
+            let mut sum = get(&mean);
+            for _ in 0..STEPS_PER_SAMPLE {
+                // a load at rest has to be asked whether it sticks; mostly none of them rests
+                let torque;
+                (load, torque) = if Wide::none(load[1].equals(load[1].zero())) {
+                    laws.step(load, &driven, load[1])
+                } else {
+                    laws.step_of_resting(load, &driven)
+                };
+                sum = sum + torque;
             }
+            (sum * sum.constant(1.0 / STEPS_PER_SAMPLE as f64)).put(&mut mean, part);
+            load[0].put(&mut self.lead, part);
+            load[1].put(&mut self.load_speed, part);
         }
-        (self.lead, self.load_speed) = load;
-        sum.map(|torque| torque / STEPS_PER_SAMPLE as f64)
+        mean
     }
 
     /// Moves the motor over a sample; returns how far the measured position is from there.
@@ -236,137 +244,41 @@ impl Progress {
         } = self.filter;
         let [lead, load_speed, off, speed] = gains.unwrap_or([0.0, 0.0, alpha, beta / span]);
         for (lane, e) in e.iter().enumerate() {
-            let moves = self.load_speed[lane].abs() > 0.0;
-            self.lead[lane] += lead * e;
-            self.load_speed[lane] += if moves { load_speed * e } else { 0.0 };
             self.off[lane] += off * e;
             self.speed[lane] += speed * e;
         }
+        // once it is found the load need not wait for the motor
+        if gains.is_none() {
+            return;
+        }
+        for (lane, e) in e.iter().enumerate() {
+            let moves = self.load_speed[lane].abs() > 0.0;
+            self.lead[lane] += lead * e;
+            self.load_speed[lane] += if moves { load_speed * e } else { 0.0 };
+        }
     }
 }
 
-/// What the load's step multiplies with: divisions and all that stays over a sample out of the inner loop. `g` is the
-/// time after which the shaft's torque is taken, `u` the speed of the motor.
+/// What stays from sample to sample, as long as hypotheses and samples are the same and as long.
 #[derive(Default)]
-struct LoadRates {
-    /// h/J_L: speed that a torque on the load adds in a step.
-    gain: Lanes,
-    /// Rate of the twist without the shaft, of a load with no speed: u + g T_c/J_L,
-    onward: Lanes,
-    /// what friction adds to it or takes, g T_f/J_L,
-    by_friction: Lanes,
-    /// and the part of the load's speed that it falls by, 1 - g b_L/J_L.
-    by_speed: Lanes,
-    /// The same times g: what they add to the twist.
-    way: [Lanes; 3],
-    /// Stiffness and damping, over 1 + (g^2 k + g d)/J_L.
-    shaft: [Lanes; 2],
-}
-
-impl LoadRates {
-    #[inline(always)]
-    fn new(p: &Hypotheses, motor_speed: f64, step: Step) -> LoadRates {
-        let (h, ahead) = (step.time_s, step.part * step.time_s);
-        let mut rates = LoadRates::default();
-        for lane in 0..LANES {
-            let inverse = 1.0 / p.inertia[lane];
-            let (gain, by_drag) = (h * inverse, ahead * inverse);
-            let give = by_drag * (ahead * p.stiffness[lane] + p.damping[lane]);
-            let left = 1.0 / (1.0 + give);
-            let twist = [
-                motor_speed + by_drag * p.constant[lane],
-                by_drag * p.coulomb[lane],
-                1.0 - by_drag * p.viscous[lane],
-            ];
-            rates.gain[lane] = gain;
-            [
-                rates.onward[lane],
-                rates.by_friction[lane],
-                rates.by_speed[lane],
-            ] = twist;
-            for (way, twist) in rates.way.iter_mut().zip(twist) {
-                way[lane] = ahead * twist;
-            }
-            rates.shaft[0][lane] = p.stiffness[lane] * left;
-            rates.shaft[1][lane] = p.damping[lane] * left;
-        }
-        rates
-    }
-}
-
-/// Lead and speed of the load after one step, and the torque of the shaft. `RESTS`: whether any of the lanes may be
-/// at rest; one that moves is moved the same way with and without. Sums are ordered so that what a step has to wait
-/// for comes last.
-#[inline(always)]
-fn load_step<const RESTS: bool>(
-    (mut leads, mut speeds): (Lanes, Lanes),
-    p: &Hypotheses,
-    rates: &LoadRates,
-    motor_speed: f64,
+pub(super) struct Stays {
+    /// Servo ticks in a sample, 0 before the first.
+    ticks: u32,
     step: Step,
-) -> ((Lanes, Lanes), Lanes) {
-    let (h, ahead) = (step.time_s, step.part * step.time_s);
-    let (before, after) = (h * (1.0 - step.part), h * step.part);
-    let mut torques = [0.0; LANES];
-    for lane in 0..LANES {
-        let (speed, lead, gap) = (speeds[lane], leads[lane], p.half_gap[lane]);
-        let coulomb = p.coulomb[lane];
-        // whose sign says which way the load moves, or would
-        let mut sign = speed;
-        let mut sticks = false;
-        if RESTS {
-            // torque on the load if it stood: stiction holds it where Coulomb friction exceeds that
-            let rate = motor_speed - speed;
-            let held = shaft(
-                lead + ahead * rate,
-                gap,
-                p.stiffness[lane],
-                p.damping[lane] * rate,
-            ) - p.constant[lane];
-            let rests = speed.abs() <= 0.0;
-            sign = if rests { held } else { speed };
-            sticks = rests && held.abs() <= coulomb;
-        }
-        // friction opposes the motion, or the torque that sets it in motion
-        let driven = -p.constant[lane] - p.viscous[lane] * speed;
-        let drag = driven - coulomb.copysign(sign);
-        // rate and twist without the shaft
-        let onward = rates.onward[lane] + rates.by_friction[lane].copysign(sign);
-        let way = rates.way[0][lane] + rates.way[1][lane].copysign(sign);
-        let mut free = onward - rates.by_speed[lane] * speed;
-        let mut lead_ahead = (lead + way) - rates.way[2][lane] * speed;
-        // the shaft, and the compliance of the load to its torque
-        let (mut stiffness, mut damping) = (rates.shaft[0][lane], rates.shaft[1][lane]);
-        let mut gain = rates.gain[lane];
-        if RESTS && sticks {
-            (free, lead_ahead) = (motor_speed, lead + ahead * motor_speed);
-            (stiffness, damping, gain) = (p.stiffness[lane], p.damping[lane], 0.0);
-        }
-        let torque = shaft(lead_ahead, gap, stiffness, damping * free);
-        let slid = (speed + gain * drag) + gain * torque;
-        // speed that would change its sign within the step is rest, unless the torque
-        // exceeds stiction
-        let turned = ((slid.to_bits() ^ sign.to_bits()) as i64) < 0;
-        let stops = turned & ((torque + driven).abs() <= coulomb);
-        let slid = if stops { 0.0 } else { slid };
-        leads[lane] = (lead + h * motor_speed - before * speed) - after * slid;
-        (speeds[lane], torques[lane]) = (slid, torque);
-    }
-    ((leads, speeds), torques)
+    load: LoadLaws<Lanes>,
+    start: StartRates,
 }
 
-/// Torque of the shaft at a lead of the motor, zero within the gap; selects in place of branches, so
-/// that it vectorises.
-#[inline(always)]
-pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
-    // comparisons that a NaN passes unchanged are one instruction, `max` and `min` three
-    let above = if lead < -half_gap { -half_gap } else { lead };
-    let pressed = lead - if above > half_gap { half_gap } else { above };
-    // beyond a flank, told from the lead itself: it need not wait for the difference
-    if lead.abs() > half_gap {
-        stiffness * pressed + damping_torque
-    } else {
-        0.0
+impl Stays {
+    #[inline(always)]
+    fn of(p: &Hypotheses, filter: &SteadyFilter) -> Stays {
+        let step = Step::of(filter);
+        Stays {
+            ticks: filter.ticks,
+            step,
+            load: LoadLaws::new(p, step),
+            start: StartRates::default(),
+        }
     }
 }
 
@@ -374,19 +286,41 @@ pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f6
 /// reverses does so within the sample, and friction changes its sign there.
 #[inline(always)]
 pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
+    let after = slid_on(speed, gain, most);
+    let turned = turned(speed, after, gain, most);
+    // a select, which vectorises
+    if speed * after <= 0.0 { turned } else { after }
+}
+
+/// The same of a single mass: what it would do if it turned around is computed only if it does.
+#[inline]
+pub(super) fn slide_alone(speed: f64, gain: f64, most: f64) -> f64 {
+    let after = slid_on(speed, gain, most);
+    if speed * after > 0.0 {
+        return after;
+    }
+    turned(speed, after, gain, most)
+}
+
+/// Speed afterwards, as long as it keeps its sign.
+#[inline(always)]
+fn slid_on(speed: f64, gain: f64, most: f64) -> f64 {
+    speed + gain - if speed > 0.0 { most } else { -most }
+}
+
+/// Speed afterwards of a mass that stood or came to rest.
+#[inline(always)]
+fn turned(speed: f64, after: f64, gain: f64, most: f64) -> f64 {
     // what friction leaves of the gain at rest: nothing below its limit
     let above = if gain < -most { -most } else { gain };
     let driven = gain - if above > most { most } else { above };
-    // as long as the speed keeps its sign
-    let after = speed + gain - if speed > 0.0 { most } else { -most };
-    let turns = speed * after <= 0.0;
     // part of the sample that is left after the zero of the speed
     let left = if speed.abs() > 0.0 {
         after / (after - speed)
     } else {
         1.0
     };
-    if turns { left * driven } else { after }
+    left * driven
 }
 
 /// What the drive knows of its motor, and the noises of its model. SI units.
@@ -479,10 +413,11 @@ mod tests {
             ..Progress::start(&window, &p)
         };
         let (mut wide, mut plain) = (start, start);
+        let mut stays = [(); 2].map(|()| Stays::default());
         for n in 1..400 {
             let (a, b) = (
-                Arch::new().dispatch(One(&mut wide, &p, &window)),
-                One(&mut plain, &p, &window).with_simd(pulp::Scalar::new()),
+                Arch::new().dispatch(One(&mut wide, &p, &mut stays[0], &window)),
+                One(&mut plain, &p, &mut stays[1], &window).with_simd(pulp::Scalar::new()),
             );
             assert_eq!(a, b, "{n}");
             assert_eq!(wide, plain, "{n}");
@@ -490,15 +425,15 @@ mod tests {
     }
 
     /// A sample in vectors.
-    struct One<'a>(&'a mut Progress, &'a Hypotheses, &'a Window);
+    struct One<'a>(&'a mut Progress, &'a Hypotheses, &'a mut Stays, &'a Window);
 
     impl WithSimd for One<'_> {
         type Output = Option<Option<[u64; LANES]>>;
 
         #[inline(always)]
-        fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-            let One(progress, p, window) = self;
-            let innovation = progress.step(&KNOWN, p, window)?;
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let One(progress, p, stays, window) = self;
+            let innovation = progress.step(simd, &KNOWN, p, stays, window)?;
             Some(innovation.map(|innovation| innovation.e.map(f64::to_bits)))
         }
     }
@@ -519,12 +454,12 @@ mod tests {
                 start: StartFilter::default(),
             };
             // the motor stands for 50 ms: a period of the slowest
-            let step = Step::of(&progress.filter);
+            let stays = Stays::of(&p, &progress.filter);
             for n in 1..=200 {
-                progress.load(&p, 0.0, step);
+                progress.load(pulp::Scalar::new(), &stays, 0.0);
                 let time_s = f64::from(n) * Clock::SERVO.period_s();
                 // the midpoint rule is late by a twelfth of the square of its angle a step, and loses nothing
-                let angle = rate * step.time_s;
+                let angle = rate * stays.step.time_s;
                 let late = rate * time_s * angle * angle / 12.0;
                 let off = progress.lead[0] - 1e-3 * math::cos(rate * time_s - late);
                 assert!(off.abs() < 2e-6, "{frequency} Hz, {time_s} s: {off}");

@@ -78,6 +78,8 @@ pub(super) struct LearningState {
     stretch: Stretch,
     /// What a bridge said that ends where the load has yet to show that it is in contact.
     pending: Option<Crossed>,
+    /// Whether anything was learned since the last [`LearningState::news`].
+    news: bool,
 }
 
 /// What the motor shows of the load at a tick: the torque behind the motor (N m), and whether the load may
@@ -103,6 +105,7 @@ impl LearningState {
             together: false,
             stretch: Stretch::default(),
             pending: None,
+            news: true,
         }
     }
 
@@ -137,6 +140,7 @@ impl LearningState {
         rated: f64,
     ) {
         self.filter.learn(mean, covariance, &units(inertia, rated));
+        self.news = true;
     }
 
     /// Takes the inertia (over that of the motor) that a reading found which agrees with others; one that
@@ -147,6 +151,7 @@ impl LearningState {
         }
         self.anchors.rotate_right(1);
         self.anchors[0] = inertia;
+        self.news = true;
     }
 
     /// The least and the most inertia that the readings allow, over that of the motor: near what the
@@ -182,6 +187,11 @@ impl LearningState {
         [fold(f64::INFINITY, f64::min), fold(0.0, f64::max)]
     }
 
+    /// Whether anything was learned since this was asked last.
+    pub(super) fn news(&mut self) -> bool {
+        std::mem::take(&mut self.news)
+    }
+
     /// Standard deviation over value of the inertia.
     pub(super) fn inertia_doubt(&self) -> f64 {
         self.filter.inertia_doubt()
@@ -214,6 +224,7 @@ impl LearningState {
     }
 
     /// One tick; changes the load at the end of a block.
+    #[inline(always)]
     pub(super) fn step(
         &mut self,
         twin: &Twin,
@@ -315,6 +326,7 @@ impl LearningState {
         }
         if let Some(crossed) = crossed {
             self.filter.cross(&crossed, motor);
+            self.news = true;
         }
         let mean = Mean {
             torque,
@@ -330,6 +342,7 @@ impl LearningState {
     fn learn_row(&mut self, row: &Row, motor: &Motor, load: &mut LoadModel) {
         self.filter
             .update(&row.regressors, row.torque, row.noise, self.known);
+        self.news = true;
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= BLOCKS_TO_KNOW {
             let unit = units(motor.inertia, motor.rated_torque);

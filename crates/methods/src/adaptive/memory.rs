@@ -7,7 +7,7 @@ use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
 use super::window::Window;
-use super::{Adaptive, AdaptiveState, LARGEST_DOUBT, LEAST_EVIDENCE};
+use super::{Adaptive, AdaptiveState, Doubts, LARGEST_DOUBT, LEAST_EVIDENCE, used_of};
 use crate::memory::LARGEST_HALF_GAP_RAD;
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
@@ -51,6 +51,7 @@ impl Adaptive {
             Readings::default()
         };
         let nil = learned.gap_readings > 0 && self.is_nil(half_gap, deviation);
+        let (used, at_rest) = used_of(&gap, nil);
         let learning = LearningState::known(&load, &learned.covariance(), inertia, rated);
         let mut crossing = self.crossing.initial(motor_position, &load);
         crossing.trusts_twin = learning.is_anchored();
@@ -58,6 +59,7 @@ impl Adaptive {
         AdaptiveState {
             crossing,
             learning,
+            doubts: Doubts::default(),
             load,
             watch: Watch::default(),
             reading: None,
@@ -65,7 +67,8 @@ impl Adaptive {
             since_reading: 0,
             steady: 0,
             last: None,
-            used: if nil { 0.0 } else { gap.used() },
+            used,
+            at_rest,
             gap,
             trust: Trust::remembering(!learned.floats, nil),
             foresee: Foresee::at(motor_position),

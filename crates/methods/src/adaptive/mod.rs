@@ -7,7 +7,7 @@
 //! 3. Observation: from where a flank that carried the load gives way, at rest long before another has
 //!    to carry it, the motor's measured motion and its current are recorded (`watch`, `window`).
 //! 4. Gap: with the motor's motion known, the load behind it follows from its own equations for any
-//!    gap, and so does the torque that the motor feels (`lanes`). The gap that best predicts the
+//!    gap (`load_laws`), and so does the torque that the motor feels (`lanes`). The gap that best predicts the
 //!    motor's motion up to just after it met the far flank is the reading, with its variance
 //!    (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known
 //!    of them.
@@ -59,6 +59,7 @@ mod foresee;
 mod lanes;
 mod learning;
 mod load_filter;
+mod load_laws;
 mod memory;
 mod newton;
 mod prior;
@@ -197,12 +198,23 @@ pub struct Adaptive {
     cycle_ticks: u32,
 }
 
+/// How well the load is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Doubts {
+    /// The least and the most by which friction holds it, parts of the rated torque.
+    holding: [f64; 2],
+    /// Standard deviation over value of its inertia, 0 where readings agree on it.
+    inertia: f64,
+}
+
 /// What it has learned, and the reading under way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveState {
     crossing: CrossingState,
     load: LoadModel,
     learning: LearningState,
+    /// As they were with what was learned last.
+    doubts: Doubts,
     watch: Watch,
     reading: Option<Reading>,
     /// The window that it reads.
@@ -214,8 +226,9 @@ pub struct AdaptiveState {
     /// The last reading, for traces.
     last: Option<GapReading>,
     gap: Readings,
-    /// Half gap that is used, rad; 0 for none.
+    /// Half gap that is used, rad, in motion and at rest; 0 for none.
     used: f64,
+    at_rest: f64,
     trust: Trust,
     foresee: Foresee,
 }
@@ -413,12 +426,15 @@ impl Adaptive {
             let deviation = state.gap.variance.max(0.0).sqrt();
             state.trust.nil = self.is_nil(state.gap.value, deviation);
         }
-        state.used = if state.trust.nil {
-            0.0
-        } else {
-            state.gap.used()
-        };
+        (state.used, state.at_rest) = used_of(&state.gap, state.trust.nil);
     }
+}
+
+/// Half gaps that are used of one that is known so, in motion and at rest, rad; `nil`: it is too small to matter.
+fn used_of(gap: &Readings, nil: bool) -> (f64, f64) {
+    let used = if nil { 0.0 } else { gap.used() };
+    let rests = gap.count > 0 && !nil;
+    (used, if rests { gap.used_at_rest() } else { used })
 }
 
 /// Whether a reading is a hint of the gap, though it may not count: a contact beyond doubt, not quite
@@ -447,24 +463,39 @@ impl Adaptive {
     /// Half gap that could be used in motion, or at rest, rad.
     fn half_gap(&self, state: &AdaptiveState, rests: bool) -> f64 {
         // what is not enough in motion is used in a long rest alone: in short ones it would spoil the readings to come
-        let tells = state.used > 0.0 || state.trust.rests_long();
-        if rests && tells && !state.trust.nil && state.gap.count > 0 {
-            state.gap.used_at_rest()
+        if rests && (state.used > 0.0 || state.trust.rests_long()) {
+            state.at_rest
         } else {
             state.used
         }
     }
 
+    /// How well the load is known now.
+    fn doubts(&self, state: &AdaptiveState) -> Doubts {
+        let (learning, rated_torque) = (&state.learning, self.motor.rated_torque);
+        Doubts {
+            holding: learning
+                .holding_bounds(&state.load, rated_torque, state.trust.deviations())
+                .map(|bound| bound / rated_torque),
+            inertia: if learning.is_anchored() {
+                0.0
+            } else {
+                learning.inertia_doubt()
+            },
+        }
+    }
+
     /// Half gap that is used at the moment, rad.
     fn now_used(&self, state: &AdaptiveState) -> HalfGap {
-        let degrees = by_degrees(state.gap.count);
+        let (degrees, share) = (by_degrees(state.gap.count), state.trust.share());
         HalfGap {
-            moving: state.trust.used(degrees * state.used),
-            resting: state.trust.used(if state.gap.count > 0 {
-                self.half_gap(state, true)
-            } else {
-                degrees * state.used
-            }),
+            moving: share * (degrees * state.used),
+            resting: share
+                * if state.gap.count > 0 {
+                    self.half_gap(state, true)
+                } else {
+                    degrees * state.used
+                },
         }
     }
 
@@ -510,6 +541,7 @@ impl Compensator for Adaptive {
             crossing: self.crossing.initial(motor_position, &self.first),
             load: self.first,
             learning: LearningState::new(),
+            doubts: Doubts::default(),
             watch: Watch::default(),
             reading: None,
             read: Window::default(),
@@ -518,6 +550,7 @@ impl Compensator for Adaptive {
             last: None,
             gap: Readings::default(),
             used: 0.0,
+            at_rest: 0.0,
             trust: Trust::NONE,
             foresee: Foresee::at(motor_position),
         }
@@ -577,7 +610,7 @@ impl Compensator for Adaptive {
 
     fn heed(&self, state: &mut AdaptiveState, heeded: Heeded) {
         state.trust.heed(heeded);
-        state.foresee.clear();
+        state.foresee.clear(state.crossing.before.load_position);
     }
 
     fn foreseen<'a>(&self, state: &'a AdaptiveState) -> &'a [Option<[f64; 2]>] {
@@ -604,25 +637,16 @@ impl Compensator for Adaptive {
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            let friction = state
-                .learning
-                .holding_bounds(
-                    &state.load,
-                    self.motor.rated_torque,
-                    state.trust.deviations(),
-                )
-                .map(|bound| bound / self.motor.rated_torque);
+            if state.learning.news() {
+                state.doubts = self.doubts(state);
+            }
+            let Doubts { holding, inertia } = state.doubts;
             state
                 .trust
-                .step(&signals.reference, state.crossing.side, friction);
-            let doubt = if state.learning.is_anchored() {
-                0.0
-            } else {
-                state.learning.inertia_doubt()
-            };
+                .step(&signals.reference, state.crossing.side, holding);
             state
                 .trust
-                .weigh(&signals.reference, &state.load, doubt, state.used);
+                .weigh(&signals.reference, &state.load, inertia, state.used);
         }
         state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on

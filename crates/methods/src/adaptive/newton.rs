@@ -19,11 +19,17 @@ use serde::{Deserialize, Serialize};
 /// were taken closer together (record 63 of the decisions).
 const LARGEST_NUMBER_OF_PASSES: u32 = 12;
 /// Fall of the cost, over the scale, below which the search has converged: a fraction of the one
-/// that a standard deviation makes.
+/// that a standard deviation makes; and as much as two make where another search goes on from there.
 const CONVERGED_FALL: f64 = 0.3;
+const PASSED_ON_FALL: f64 = 4.0;
+/// Part of its standard deviation by which the half gap moves at most then. A choice.
+const CONVERGED_WAY: f64 = 0.1;
+const PASSED_ON_WAY: f64 = 1.0;
 /// Least part of a step that is tried before the search ends where it is. A choice: where an eighth of a step
-/// does not lower the cost, the derivatives are those of another side of a contact.
+/// does not lower the cost, the derivatives are those of another side of a contact. Half of it where another search
+/// goes on: in the last one that let an axis without friction be taken for one with it (20261130-22).
 const LEAST_PART: f64 = 0.125;
+const PASSED_ON_PART: f64 = 0.5;
 /// Least misfit that innovations are scaled by: they are smaller than their supposed variance where nothing is
 /// left out of the model. That of the right gap is 0.2 to 0.3 there.
 pub(super) const LEAST_SCALE: f64 = 0.3;
@@ -100,8 +106,16 @@ impl Newton {
         }
     }
 
-    /// Takes the sums of a pass over `count` samples. Returns whether it was the last one.
-    pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior, step: &Vector) -> bool {
+    /// Takes the sums of a pass over `count` samples; `passed_on`: another search goes on from where this one ends.
+    /// Returns whether it was the last one.
+    pub(super) fn take(
+        &mut self,
+        sums: &Sums,
+        count: f64,
+        prior: &Prior,
+        step: &Vector,
+        passed_on: bool,
+    ) -> bool {
         self.passes += 1;
         let last = self.passes >= LARGEST_NUMBER_OF_PASSES;
         let (mean, information) = (prior.mean(), prior.information());
@@ -115,7 +129,12 @@ impl Newton {
             .accepted
             .map_or(f64::INFINITY, |accepted| accepted.cost);
         if !cost.is_finite() || cost > before {
-            return !self.halve() || last;
+            let least = if passed_on {
+                PASSED_ON_PART
+            } else {
+                LEAST_PART
+            };
+            return !self.halve(least) || last;
         }
         let misfit = sums.cost[0] / count;
         // scaled by its misfit, a window that the model does not explain loses weight against the prior, and the
@@ -143,13 +162,18 @@ impl Newton {
         });
         (self.at, self.part) = (moved, 1.0);
         // converged: the gap moves by less than its uncertainty, and the cost hardly falls
+        let [way, fall] = if passed_on {
+            [PASSED_ON_WAY, PASSED_ON_FALL]
+        } else {
+            [CONVERGED_WAY, CONVERGED_FALL]
+        };
         let small =
-            (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
-        small && before - cost < CONVERGED_FALL * misfit.max(1.0) || last
+            (moved[GAP] - at[GAP]).abs() < (way * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
+        small && before - cost < fall * misfit.max(1.0) || last
     }
 
     /// Halves the step from the best point. Returns whether what it promises is worth a pass.
-    fn halve(&mut self) -> bool {
+    fn halve(&mut self, least: f64) -> bool {
         let Some(accepted) = &self.accepted else {
             return false;
         };
@@ -157,7 +181,7 @@ impl Newton {
         let part = self.part;
         self.at = std::array::from_fn(|i| accepted.at[i] + part * accepted.step[i]);
         // along the step the cost falls as a parabola does
-        part >= LEAST_PART && (2.0 - part) * part * accepted.promise > CONVERGED_FALL
+        part >= least && (2.0 - part) * part * accepted.promise > CONVERGED_FALL
     }
 }
 

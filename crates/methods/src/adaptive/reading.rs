@@ -14,7 +14,7 @@
 //! The work is spread over servo ticks, a fixed number of samples in each, so that no tick takes
 //! longer than another.
 
-use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
+use super::lanes::{Hypotheses, Known, LANES, Progress, Stays, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
 use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, Onset, Said};
@@ -119,8 +119,8 @@ impl WithSimd for Samples<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
-        self.reading.samples(self.window, self.known)
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        self.reading.samples(simd, self.window, self.known)
     }
 }
 
@@ -240,9 +240,13 @@ impl Reading {
 
     /// Takes the samples of one tick. Returns whether the window ends with them.
     #[inline(always)]
-    fn samples(&mut self, window: &Window, known: &Known) -> bool {
+    fn samples<S: Simd>(&mut self, simd: S, window: &Window, known: &Known) -> bool {
+        let mut stays = Stays::default();
         for _ in 0..SAMPLES_PER_TICK {
-            match self.progress.step(known, &self.hypotheses, window) {
+            match self
+                .progress
+                .step(simd, known, &self.hypotheses, &mut stays, window)
+            {
                 Some(Some(innovation)) => {
                     if let Phase::Onset(attempt) = self.phase {
                         let (side, known) = (f64::from(window.side), self.prior.half_gap);
@@ -300,6 +304,7 @@ impl Reading {
                     Self::count(window),
                     &self.prior,
                     &self.differences(),
+                    !noisy && self.level + 1 < SUPPOSED_NOISE_RAD.len(),
                 ) && self.settle(noisy)
                 {
                     let Some(found) = self.found else {

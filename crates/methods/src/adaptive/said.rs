@@ -179,7 +179,7 @@ mod tests {
             side: 1.0,
         };
         let mut newton = Newton::new(prior.mean());
-        newton.take(&Sums::default(), 100.0, &prior, &[1.0; 7]);
+        newton.take(&Sums::default(), 100.0, &prior, &[1.0; 7], false);
         let mut found = newton.accepted.unwrap();
         (found.variance, found.misfit) = (1e-8, 1.0);
         // 6 % off costs 4: a standard deviation of 3 %

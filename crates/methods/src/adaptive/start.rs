@@ -61,15 +61,40 @@ impl StartFilter {
         StartFilter { covariance }
     }
 
-    /// Gains of the next sample. `is_pressed`: the load is on a flank; `stands`: it has no speed.
+    /// Gains of the next sample.
     #[inline(always)]
-    pub(super) fn step(
-        &mut self,
+    pub(super) fn step(&mut self, known: &Known, rates: &StartRates) -> Gains {
+        let mut foreseen = carried(&rates.transition, &self.covariance);
+        foreseen[LOAD_SPEED][LOAD_SPEED] += rates.noise[0];
+        foreseen[MOTOR_SPEED][MOTOR_SPEED] += rates.noise[1];
+        let variance = foreseen[MOTOR][MOTOR] + square(known.noise);
+        let gains: Gains = foreseen.map(|row| row[MOTOR] / variance);
+        self.covariance = std::array::from_fn(|i| {
+            std::array::from_fn(|j| foreseen[i][j] - gains[i] * foreseen[MOTOR][j])
+        });
+        gains
+    }
+}
+
+/// What stays from sample to sample of a load that goes on as it does.
+#[derive(Default)]
+pub(super) struct StartRates {
+    /// Whether it is on a flank, and whether it has no speed; `None` before the first.
+    pub(super) of: Option<[bool; 2]>,
+    /// F, and the diagonal entries of Q at the two speeds.
+    transition: Matrix<N>,
+    noise: [f64; 2],
+}
+
+impl StartRates {
+    /// `is_pressed`: the load is on a flank; `stands`: it has no speed.
+    #[inline(always)]
+    pub(super) fn new(
         known: &Known,
         p: &Hypotheses,
         [is_pressed, stands]: [bool; 2],
         step: Step,
-    ) -> Gains {
+    ) -> StartRates {
         let span = STEPS_PER_SAMPLE as f64 * step.time_s;
         let mobility = if stands { 0.0 } else { 1.0 / p.inertia[0] };
         let shaft = if is_pressed {
@@ -91,15 +116,14 @@ impl StartFilter {
             ],
             [-gain * torque[0], -gain * torque[1], 0.0, 1.0],
         ];
-        let mut foreseen = carried(&transition, &self.covariance);
-        foreseen[LOAD_SPEED][LOAD_SPEED] += square(span * known.unmodelled * mobility);
-        foreseen[MOTOR_SPEED][MOTOR_SPEED] += square(gain * known.unmodelled);
-        let variance = foreseen[MOTOR][MOTOR] + square(known.noise);
-        let gains: Gains = foreseen.map(|row| row[MOTOR] / variance);
-        self.covariance = std::array::from_fn(|i| {
-            std::array::from_fn(|j| foreseen[i][j] - gains[i] * foreseen[MOTOR][j])
-        });
-        gains
+        StartRates {
+            of: Some([is_pressed, stands]),
+            transition,
+            noise: [
+                square(span * known.unmodelled * mobility),
+                square(gain * known.unmodelled),
+            ],
+        }
     }
 }
 
@@ -145,7 +169,7 @@ fn square(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{Progress, WARM_UP};
+    use super::super::lanes::{Progress, Stays, WARM_UP};
     use super::super::prior::uniform;
     use super::super::window::{Sample, Window};
     use super::*;
@@ -197,7 +221,11 @@ mod tests {
         for frequency in [12.0, 30.0, 80.0, 200.0] {
             let (window, p, [torque, speed]) = swinging(frequency);
             let mut progress = Progress::start(&window, &p);
-            while progress.step(&KNOWN, &p, &window).is_some() {}
+            let mut stays = Stays::default();
+            while progress
+                .step(pulp::Scalar::new(), &KNOWN, &p, &mut stays, &window)
+                .is_some()
+            {}
             let found = p.stiffness[0] * (progress.lead[0] - p.half_gap[0]);
             // an error of the speed as the torque that it swings to
             let swings = (progress.load_speed[0] - speed) * (p.stiffness[0] * p.inertia[0]).sqrt();

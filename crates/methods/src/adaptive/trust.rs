@@ -168,12 +168,14 @@ impl Trust {
     }
 
     /// The part of a known gap that is used.
+    #[inline(always)]
     pub(super) fn share(&self) -> f64 {
         self.used(1.0)
     }
 
     /// Takes the reference and the flank of a tick, and the least and the most that Coulomb friction
     /// may exceed a constant torque, parts of the rated torque.
+    #[inline(always)]
     pub(super) fn step(&mut self, reference: &Reference, side: i8, [least, most]: [f64; 2]) {
         self.held = if self.held {
             most > HOLDING_SHARE
@@ -203,6 +205,7 @@ impl Trust {
 
     /// Takes the load, the standard deviation of its inertia as a part of it (0 where readings agree on
     /// it), and the half gap (rad).
+    #[inline(always)]
     pub(super) fn weigh(
         &mut self,
         reference: &Reference,
@@ -239,6 +242,7 @@ impl Trust {
     /// The half gap that is used once the other axes are ready, in its unit: 0 where there is none to
     /// speak of, `None` while it is not known, or friction does not certainly hold the load, or
     /// its changes of flank cannot be foreseen.
+    #[inline(always)]
     pub(super) fn known(&self, half_gap: f64) -> Option<f64> {
         if self.nil {
             return Some(0.0);

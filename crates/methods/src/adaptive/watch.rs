@@ -86,6 +86,7 @@ impl Watch {
     }
 
     /// Records the last tick: observed torque and sample.
+    #[inline(always)]
     pub(super) fn observe(&mut self, motor: &Motor, signals: &Signals, twin: &TwinState) {
         // the twin knows in which direction the motor slides, or that it sticks
         let friction = motor.viscous * signals.motor_velocity - twin.motor_friction;
@@ -117,6 +118,7 @@ impl Watch {
     /// One tick: the flank that carried the load up to now, the one that has to from now on, the
     /// torque that it has to carry, and the load's Coulomb friction (N m). Returns whether a window
     /// is complete.
+    #[inline(always)]
     pub(super) fn step(
         &mut self,
         motor: &Motor,
@@ -174,6 +176,7 @@ impl Watch {
 
     /// Opens a window where a flank that certainly carried the load gives way: at rest that may be long
     /// before another one has to carry it.
+    #[inline(always)]
     fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
         // half of the load's friction, but no less than noise and no more than a light load shows
         let bounds = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
