@@ -71,6 +71,7 @@ mod sharp;
 mod soft;
 mod timing;
 pub mod travel;
+mod wide;
 mod window;
 
 pub use chord::Chord;

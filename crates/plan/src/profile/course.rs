@@ -273,7 +273,7 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
     Some(BarrierProblem::new(
         grid,
         caps,
-        rows,
+        &rows,
         vec![GOALS; grid.len()],
     ))
 }
