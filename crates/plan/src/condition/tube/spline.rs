@@ -164,6 +164,7 @@ impl Breaks {
 }
 
 /// A place on a spline from the coefficients of its interval.
+#[inline(always)]
 pub(super) fn combined(coefficients: &[Vec3], basis: &[f64; ORDER]) -> Vec3 {
     let mut place = [0.0; 3];
     for (coefficient, weight) in coefficients.iter().zip(basis) {

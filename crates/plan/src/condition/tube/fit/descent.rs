@@ -1,11 +1,12 @@
 //! The steps of a fit: what each aims at, the system that gives it, and how far it goes.
 
-use super::share::Share;
+use super::banded::{self, Row};
+use super::share::{Off, Share, Weights};
 use super::site::Site;
-use super::{Bending, Fit};
+use super::{Bending, Bent, Fit};
 use crate::condition::tube::spline::ORDER;
-use lostmotion_base::linalg::solve_banded;
 use lostmotion_base::vec::{Vec3, along, dot};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Most steps of one fit. A choice: 6 to 15 are needed.
@@ -55,8 +56,8 @@ struct Nearness {
     farthest: f64,
 }
 
-/// The steps of a fit over N axes that move; W is N times the order.
-pub(super) struct Descent<'a, B, const N: usize, const W: usize> {
+/// The steps of a fit over N axes that move, in columns of M.
+pub(super) struct Descent<'a, B, const N: usize, const M: usize> {
     fit: &'a Fit<'a, B>,
     axes: [usize; N],
     /// Intervals that are fitted.
@@ -66,12 +67,16 @@ pub(super) struct Descent<'a, B, const N: usize, const W: usize> {
     coefficients: &'a mut [Vec3],
     sites: &'a mut [Site],
     /// How far the spline is off each site.
-    offs: Vec<Vec3>,
+    offs: Vec<Off>,
+    /// How the coefficients count for each site.
+    weights: Vec<Weights>,
     /// What is to be least over each interval, spread to its neighbours.
     bending: Vec<f64>,
-    /// The system of a step, a row for each axis of each coefficient of the intervals.
-    rows: Vec<[f64; W]>,
-    right: Vec<[f64; 1]>,
+    /// The derivatives on each interval.
+    bent: Vec<Bent>,
+    /// The system of a step, a row for each axis of each coefficient of the intervals, and rows beyond.
+    rows: Vec<[Row<M>; N]>,
+    right: Vec<[f64; N]>,
     /// What a step of full length changes.
     step: Vec<Vec3>,
     changes: Vec<Change>,
@@ -82,7 +87,7 @@ pub(super) struct Descent<'a, B, const N: usize, const W: usize> {
     last_length: f64,
 }
 
-impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
+impl<'a, B: Bending, const N: usize, const M: usize> Descent<'a, B, N, M> {
     pub(super) fn new(
         fit: &'a Fit<'a, B>,
         axes: [usize; N],
@@ -90,24 +95,30 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
         coefficients: &'a mut [Vec3],
         sites: &'a mut [Site],
     ) -> Self {
-        let bending = fit.bending(&part, coefficients);
-        let offs: Vec<Vec3> = sites.iter().map(|site| site.off(coefficients)).collect();
+        let (mut bending, mut bent) = (Vec::new(), Vec::new());
+        fit.bending(&part, coefficients, &mut bending, &mut bent);
+        let offs: Vec<Off> = sites
+            .iter()
+            .map(|site| Off::new(site, coefficients))
+            .collect();
         for (site, off) in sites.iter_mut().zip(&offs) {
             // What is new begins with the bending around it.
             if site.multiplier == 0.0 {
                 site.multiplier = bending[site.interval - part.start] / site.square();
-                site.slack = site.missing(off).max(FIRST_SLACK * site.square());
+                site.slack = off.missing(site).max(FIRST_SLACK * site.square());
             }
         }
-        let count = (part.len() + ORDER - 1) * N;
+        let count = part.len() + 2 * (ORDER - 1);
         Descent {
             fit,
             axes,
             moves: fit.moves(&part),
             offs,
+            weights: sites.iter().map(|site| Weights::new(&site.basis)).collect(),
             bending,
-            rows: vec![[0.0; W]; count],
-            right: vec![[0.0; 1]; count],
+            bent,
+            rows: vec![[[[0.0; M]; ORDER]; N]; count],
+            right: vec![[0.0; N]; count],
             step: vec![[0.0; 3]; coefficients.len()],
             changes: Vec::with_capacity(sites.len()),
             start: coefficients.to_vec(),
@@ -120,7 +131,8 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
     }
 
     /// Goes on until the coefficients settle; returns whether they do.
-    pub(super) fn run(mut self) -> bool {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) -> bool {
         let most = if self.part.len() < self.fit.breaks.intervals() {
             MAX_PART_STEPS
         } else {
@@ -132,8 +144,8 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
                 return true;
             }
             let target = self.target(nearness.gap);
-            self.gather(target);
-            self.solve();
+            self.gather(simd, target);
+            self.solve(simd);
             let longest = self.longest(target);
             let before = self.bending.iter().sum();
             let length = self.go(longest, before);
@@ -148,12 +160,13 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
         false
     }
 
+    #[inline(always)]
     fn nearness(&self) -> Nearness {
         let (mut sum, mut bending, mut farthest) = (0.0, 0.0, 0.0_f64);
         for (site, off) in self.sites.iter().zip(&self.offs) {
             sum += site.multiplier * site.slack;
             bending += self.bending[site.interval - self.part.start];
-            farthest = farthest.max(dot(*off, site.counted(off)) / site.square());
+            farthest = farthest.max(off.square / site.square());
         }
         Nearness {
             gap: sum / bending,
@@ -162,6 +175,7 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
         }
     }
 
+    #[inline(always)]
     fn has_settled(&self, nearness: &Nearness) -> bool {
         let rough = self.fit.rough;
         let is_still = B::IS_SQUARE
@@ -170,6 +184,7 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
     }
 
     /// Slack times multiplier that the next step aims at, as a part of the bending around each site.
+    #[inline(always)]
     fn target(&self, gap: f64) -> f64 {
         // The gap closes no faster than the steps get on, and no further than is asked for: at a
         // site that is nearly touched a narrower one is reached in short steps alone.
@@ -182,44 +197,53 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
     }
 
     /// Adds up the system of a step from its intervals, with their sites and rails.
-    fn gather(&mut self, target: f64) {
-        self.rows.fill([0.0; W]);
-        self.right.fill([0.0]);
-        let mut these = self.sites.iter().zip(&self.offs).peekable();
-        for (k, bending) in self.part.clone().zip(&self.bending) {
-            let coefficients = &self.coefficients[k..k + ORDER];
-            let mut share: Share<N> = self.fit.bent(self.axes, k, coefficients);
-            while let Some((site, off)) = these.next_if(|(site, _)| site.interval == k) {
-                share.add(site, self.axes, off, target * bending);
+    #[inline(always)]
+    fn gather<S: Simd>(&mut self, simd: S, target: f64) {
+        self.rows.fill([[[0.0; M]; ORDER]; N]);
+        self.right.fill([0.0; N]);
+        // In memory: as so many single numbers it would not go through vectors.
+        let mut share = Box::<Share<N>>::default();
+        let mut next = 0;
+        let intervals = self.part.clone().zip(self.bending.iter().zip(&self.bent));
+        for (k, (bending, bent)) in intervals {
+            share.clear();
+            self.fit.bend(simd, &mut share, self.axes, k, bent);
+            while let Some(site) = self.sites.get(next).filter(|site| site.interval == k) {
+                let (weights, off) = (&self.weights[next], &self.offs[next]);
+                share.add(simd, site, weights, self.axes, off, target * bending);
+                next += 1;
             }
+            let coefficients = &self.coefficients[k..k + ORDER];
             self.fit.hold(&mut share, self.axes, k, coefficients);
-            let row = (k - self.part.start) * N;
-            share.gather(&mut self.rows[row..], &mut self.right[row..]);
+            let first = k - self.part.start;
+            share.gather(first, &mut self.rows[first..], &mut self.right[first..]);
         }
     }
 
     /// Finds the step of full length.
-    fn solve(&mut self) {
+    #[inline(always)]
+    fn solve<S: Simd>(&mut self, simd: S) {
         // What is given takes no step: its rows and columns are left out.
-        let first = self.part.start;
-        let free = (self.moves.start - first) * N..(self.moves.end - first) * N;
-        let right = &mut self.right[free.clone()];
-        solve_banded(&mut self.rows[free], right);
+        let first = self.moves.start - self.part.start;
+        let end = self.moves.end - self.part.start + ORDER - 1;
+        let right = &mut self.right[first..end];
+        banded::solve(simd, first, &mut self.rows[first..end], right);
         let steps = &mut self.step[self.moves.clone()];
-        for (step, solved) in steps.iter_mut().zip(right.chunks_exact(N)) {
+        for (step, solved) in steps.iter_mut().zip(right) {
             for (axis, value) in self.axes.iter().zip(solved) {
-                step[*axis] = value[0];
+                step[*axis] = *value;
             }
         }
     }
 
     /// What the step changes at the sites, and how long it may be for slacks and multipliers to stay
     /// positive.
+    #[inline(always)]
     fn longest(&mut self, target: f64) -> f64 {
         let mut length = 1.0_f64;
         self.changes.clear();
         for (site, off) in self.sites.iter().zip(&self.offs) {
-            let slack = site.missing(off) - dot(site.counted(off), site.at(&self.step));
+            let slack = off.missing(site) - dot(off.counted, site.at(&self.step));
             let target = target * self.bending[site.interval - self.part.start];
             let multiplier = (target - site.multiplier * (site.slack + slack)) / site.slack;
             for (value, change) in [(site.slack, slack), (site.multiplier, multiplier)] {
@@ -233,6 +257,7 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
     }
 
     /// Moves the coefficients by a step of at most a length; returns how far it went.
+    #[inline(always)]
     fn go(&mut self, longest: f64, before: f64) -> f64 {
         let mut length = longest;
         self.start.copy_from_slice(self.coefficients);
@@ -243,7 +268,12 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
             for ((coefficient, start), step) in moved.zip(starts).zip(steps) {
                 *coefficient = along(*start, *step, length);
             }
-            self.bending = self.fit.bending(&self.part, self.coefficients);
+            self.fit.bending(
+                &self.part,
+                self.coefficients,
+                &mut self.bending,
+                &mut self.bent,
+            );
             // A high power rises out of all proportion where a step is too long.
             if B::IS_SQUARE || self.bending.iter().sum::<f64>() <= MOST_RISE * before {
                 break;
@@ -254,14 +284,24 @@ impl<'a, B: Bending, const N: usize, const W: usize> Descent<'a, B, N, W> {
     }
 
     /// Takes the sites along on a step that has been gone.
+    #[inline(always)]
     fn follow(&mut self, length: f64) {
         let sites = self.sites.iter_mut().zip(&mut self.offs);
         for ((site, off), change) in sites.zip(&self.changes) {
             site.slack += length * change.slack;
             site.multiplier += length * change.multiplier;
-            *off = site.off(self.coefficients);
+            *off = Off::new(site, self.coefficients);
             // Where there is more room than the slack says, it is taken.
-            site.slack += site.missing(off).max(0.0);
+            site.slack += off.missing(site).max(0.0);
         }
+    }
+}
+
+impl<B: Bending, const N: usize, const M: usize> WithSimd for Descent<'_, B, N, M> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        self.run(simd)
     }
 }

@@ -6,6 +6,7 @@
 //! banded system in the coefficients, the axes coupled. Slack times multiplier is aimed at the same
 //! part of the bending around each site, so that gentle stretches are found as well as sharp ones.
 
+mod banded;
 mod descent;
 mod share;
 mod site;
@@ -13,7 +14,8 @@ mod site;
 use super::spline::{Breaks, ORDER, combined};
 use descent::Descent;
 use lostmotion_base::vec::{Vec3, dot};
-use share::Share;
+use pulp::{Arch, Simd};
+use share::{Share, Weights};
 pub(super) use site::Site;
 use std::ops::Range;
 
@@ -27,7 +29,7 @@ pub(super) trait Bending {
     /// Its value.
     fn value(&self, third: &Vec3) -> f64;
 
-    /// Its gradient and its second derivatives in the axes that move.
+    /// Its gradient and its second derivatives in the axes that move, from the diagonal on.
     fn slopes<const N: usize>(&self, axes: [usize; N], third: &Vec3) -> ([f64; N], [[f64; N]; N]);
 
     /// Whether it is a square, of which one step finds the least.
@@ -52,10 +54,12 @@ pub(super) trait Bending {
 pub(super) struct Squared;
 
 impl Bending for Squared {
+    #[inline(always)]
     fn value(&self, third: &Vec3) -> f64 {
         0.5 * dot(*third, *third)
     }
 
+    #[inline(always)]
     fn slopes<const N: usize>(&self, axes: [usize; N], third: &Vec3) -> ([f64; N], [[f64; N]; N]) {
         let mut unit = [[0.0; N]; N];
         for (i, row) in unit.iter_mut().enumerate() {
@@ -68,10 +72,12 @@ impl Bending for Squared {
 
     const HEEDS_SECOND: bool = false;
 
+    #[inline(always)]
     fn second_value(&self, _: &Vec3) -> f64 {
         0.0
     }
 
+    #[inline(always)]
     fn second_slopes<const N: usize>(&self, _: [usize; N], _: &Vec3) -> ([f64; N], [[f64; N]; N]) {
         ([0.0; N], [[0.0; N]; N])
     }
@@ -97,10 +103,32 @@ pub(super) struct Fit<'a, B> {
     rough: f64,
     rails: Vec<Rail>,
     /// The third derivative on each interval as weights of its coefficients.
-    thirds: Vec<[f64; ORDER]>,
+    thirds: Vec<Derivative>,
     /// The second derivative where each interval begins, where it counts.
-    seconds: Vec<[f64; ORDER]>,
+    seconds: Vec<Derivative>,
 }
+
+/// A derivative on an interval.
+#[derive(Clone, Copy, Debug)]
+struct Derivative {
+    /// Weights of the coefficients.
+    basis: [f64; ORDER],
+    /// The same, and those of their pairs, over the width of the interval.
+    weights: Weights,
+}
+
+impl Derivative {
+    fn new(breaks: &Breaks, k: usize, basis: [f64; ORDER]) -> Derivative {
+        let width = breaks.0[k + 1] - breaks.0[k];
+        Derivative {
+            basis,
+            weights: Weights::over(width, &basis),
+        }
+    }
+}
+
+/// The third derivative on an interval, and the second one where it begins where that counts.
+type Bent = [Vec3; 2];
 
 impl<B: Bending> Fit<'_, B> {
     pub(super) fn new(breaks: &Breaks, bending: B, free: Range<usize>) -> Fit<'_, B> {
@@ -110,10 +138,12 @@ impl<B: Bending> Fit<'_, B> {
             free,
             rough: 1.0,
             rails: Vec::new(),
-            thirds: (0..breaks.intervals()).map(|k| breaks.third(k)).collect(),
+            thirds: (0..breaks.intervals())
+                .map(|k| Derivative::new(breaks, k, breaks.third(k)))
+                .collect(),
             seconds: (0..breaks.intervals())
                 .filter(|_| B::HEEDS_SECOND)
-                .map(|k| breaks.second(k))
+                .map(|k| Derivative::new(breaks, k, breaks.second(k)))
                 .collect(),
         }
     }
@@ -150,11 +180,29 @@ impl<B: Bending> Fit<'_, B> {
                 || sites.iter().any(|site| site.place[axis] != first)
         };
         match [0, 1, 2].map(moves) {
-            [_, _, false] => Descent::<B, 2, 8>::new(self, [0, 1], part, coefficients, sites).run(),
-            [_, false, _] => Descent::<B, 2, 8>::new(self, [0, 2], part, coefficients, sites).run(),
-            [false, _, _] => Descent::<B, 2, 8>::new(self, [1, 2], part, coefficients, sites).run(),
-            _ => Descent::<B, 3, 12>::new(self, [0, 1, 2], part, coefficients, sites).run(),
+            [_, _, false] => self.descend::<2, 2>([0, 1], part, coefficients, sites),
+            [_, false, _] => self.descend::<2, 2>([0, 2], part, coefficients, sites),
+            [false, _, _] => self.descend::<2, 2>([1, 2], part, coefficients, sites),
+            _ => self.descend::<3, 4>([0, 1, 2], part, coefficients, sites),
         }
+    }
+
+    /// Goes on until the coefficients settle, in vectors as wide as the processor has them; returns whether
+    /// they do.
+    fn descend<const N: usize, const M: usize>(
+        &self,
+        axes: [usize; N],
+        part: Range<usize>,
+        coefficients: &mut [Vec3],
+        sites: &mut [Site],
+    ) -> bool {
+        Arch::new().dispatch(Descent::<B, N, M>::new(
+            self,
+            axes,
+            part,
+            coefficients,
+            sites,
+        ))
     }
 
     /// Coefficients that may move where a part is fitted: those that no interval beyond has.
@@ -172,20 +220,29 @@ impl<B: Bending> Fit<'_, B> {
         start..end
     }
 
-    /// What is to be least over each interval, spread to its neighbours.
-    fn bending(&self, part: &Range<usize>, coefficients: &[Vec3]) -> Vec<f64> {
-        let mut bending: Vec<f64> = part
-            .clone()
-            .map(|k| {
-                let width = self.breaks.0[k + 1] - self.breaks.0[k];
-                let third = combined(&coefficients[k..k + ORDER], &self.thirds[k]);
-                let second = self.seconds.get(k).map_or(0.0, |weights| {
-                    self.bending
-                        .second_value(&combined(&coefficients[k..k + ORDER], weights))
-                });
-                width * (self.bending.value(&third) + second)
-            })
-            .collect();
+    /// What is to be least over each interval, spread to its neighbours, and the derivatives there.
+    #[inline(always)]
+    fn bending(
+        &self,
+        part: &Range<usize>,
+        coefficients: &[Vec3],
+        bending: &mut Vec<f64>,
+        bent: &mut Vec<Bent>,
+    ) {
+        bending.clear();
+        bent.clear();
+        for k in part.clone() {
+            let width = self.breaks.0[k + 1] - self.breaks.0[k];
+            let these = &coefficients[k..k + ORDER];
+            let third = combined(these, &self.thirds[k].basis);
+            let (mut second, mut by_second) = ([0.0; 3], 0.0);
+            if B::HEEDS_SECOND {
+                second = combined(these, &self.seconds[k].basis);
+                by_second = self.bending.second_value(&second);
+            }
+            bending.push(width * (self.bending.value(&third) + by_second));
+            bent.push([third, second]);
+        }
         let least = (LEAST_BENDING * bending.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
         let mut before = least;
         let mut spread = |bending: &mut f64| {
@@ -194,23 +251,32 @@ impl<B: Bending> Fit<'_, B> {
         };
         bending.iter_mut().for_each(&mut spread);
         bending.iter_mut().rev().for_each(&mut spread);
-        bending
     }
 
-    /// The bending's share of an interval, given its coefficients.
-    fn bent<const N: usize>(&self, axes: [usize; N], k: usize, coefficients: &[Vec3]) -> Share<N> {
-        let width = self.breaks.0[k + 1] - self.breaks.0[k];
-        let mut share = Share::default();
-        let third = combined(coefficients, &self.thirds[k]);
-        share.bend(width, &self.thirds[k], self.bending.slopes(axes, &third));
-        if let Some(weights) = self.seconds.get(k) {
-            let second = combined(coefficients, weights);
-            share.bend(width, weights, self.bending.second_slopes(axes, &second));
+    /// Adds the bending's share of an interval, given the derivatives there.
+    #[inline(always)]
+    fn bend<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        share: &mut Share<N>,
+        axes: [usize; N],
+        k: usize,
+        [third, second]: &Bent,
+    ) {
+        let slopes = self.bending.slopes(axes, third);
+        if B::IS_SQUARE {
+            share.bend_evenly(simd, &self.thirds[k].weights, slopes.0);
+        } else {
+            share.bend(simd, &self.thirds[k].weights, slopes);
         }
-        share
+        if B::HEEDS_SECOND {
+            let slopes = self.bending.second_slopes(axes, second);
+            share.bend(simd, &self.seconds[k].weights, slopes);
+        }
     }
 
     /// Holds the coefficients of an interval that are on rails.
+    #[inline(always)]
     fn hold<const N: usize>(
         &self,
         share: &mut Share<N>,
@@ -261,7 +327,7 @@ mod tests {
                 .iter()
                 .enumerate()
                 .map(|(k, third)| {
-                    let value = combined(&coefficients[k..k + ORDER], third);
+                    let value = combined(&coefficients[k..k + ORDER], &third.basis);
                     0.25 * dot(value, value)
                 })
                 .sum::<f64>()
@@ -332,7 +398,7 @@ mod tests {
         let mut whole = coefficients.clone();
         assert!(fit.solve(&mut whole, &mut sites));
         let [by_part, by_whole] = [&found, &whole].map(|c| {
-            let third = |k: usize| combined(&c[k..k + ORDER], &fit.thirds[k]);
+            let third = |k: usize| combined(&c[k..k + ORDER], &fit.thirds[k].basis);
             (0..breaks.intervals())
                 .map(|k| dot(third(k), third(k)))
                 .sum::<f64>()

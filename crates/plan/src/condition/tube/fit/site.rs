@@ -48,15 +48,18 @@ impl Site {
         self.slack *= factor * factor;
     }
 
+    #[inline(always)]
     pub(super) fn square(&self) -> f64 {
         self.radius * self.radius
     }
 
+    #[inline(always)]
     pub(super) fn off(&self, coefficients: &[Vec3]) -> Vec3 {
         sub(self.at(coefficients), self.place)
     }
 
     /// Value of the spline with these coefficients.
+    #[inline(always)]
     pub(super) fn at(&self, coefficients: &[Vec3]) -> Vec3 {
         combined(
             &coefficients[self.interval..self.interval + ORDER],
@@ -70,12 +73,8 @@ impl Site {
     }
 
     /// What counts of an offset: its product with the offset is the square of the distance.
+    #[inline(always)]
     pub(super) fn counted(&self, off: &Vec3) -> Vec3 {
         along(*off, self.direction, -dot(*off, self.direction))
-    }
-
-    /// By how much the slack is less than what the distance leaves.
-    pub(super) fn missing(&self, off: &Vec3) -> f64 {
-        0.5 * (self.square() - dot(*off, self.counted(off))) - self.slack
     }
 }
