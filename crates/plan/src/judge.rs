@@ -101,27 +101,53 @@ impl Judge for TimeJudge<'_> {
         let one = steps
             .split_last()
             .is_some_and(|(_, steps)| !steps.iter().any(stops));
-        let mut out_of_reach = false;
-        let mut straight = Vec::new();
-        let time_s = self.stretches_s(Intervals::gathered(), steps, &mut |intervals| {
+        // A shorter window can only make it less, so that the longest one often settles it.
+        let (mut straight, mut bounds, mut only) = (Vec::new(), Vec::new(), Vec::new());
+        let most_s = self.stretches_s(Intervals::gathered(), steps, &mut |intervals| {
             if intervals.is_empty() {
                 straight.push(Vec::new());
                 return 0.0;
             }
-            // A shorter window can only make it less, so that the longest one often settles it.
             let [ideal, long] = self.bounds_s(intervals);
-            out_of_reach |= one && self.straight_s(intervals) >= part * between(ideal, long);
-            if out_of_reach {
-                return between(ideal, long);
+            straight.push(self.straightened(intervals));
+            bounds.push([ideal, long]);
+            if one {
+                only = intervals.to_vec();
             }
-            if !one {
-                straight.push(self.straightened(intervals));
-            }
-            let short = self.averaged_s(intervals, 0.5 * self.machine.longest_window_s());
-            between(ideal, long.min(short))
+            between(ideal, long)
         });
-        out_of_reach |= !one && self.past_corners_s(steps, straight) >= part * time_s;
-        (!out_of_reach).then_some(part * time_s)
+        // A pose that the machine cannot take: told where the path is planned.
+        if most_s.is_infinite() {
+            return Some(most_s);
+        }
+        // What any curve takes at least.
+        let mut past_s = 0.0;
+        let is_out_of_reach = if one {
+            let straight = straight.first().map_or(&[] as &[Interval], Vec::as_slice);
+            self.takes_s(straight, part * most_s)
+        } else {
+            past_s = self.past_corners_s(steps, straight);
+            past_s >= part * most_s
+        };
+        if is_out_of_reach {
+            return None;
+        }
+        let short_s = |intervals: &[Interval]| {
+            self.averaged_s(intervals, 0.5 * self.machine.longest_window_s())
+        };
+        let mut bounds = bounds.into_iter();
+        let mut nearer_s = |intervals: &[Interval]| {
+            let bounds = (!intervals.is_empty()).then(|| bounds.next()).flatten();
+            bounds.map_or(0.0, |[ideal, long]| {
+                between(ideal, long.min(short_s(intervals)))
+            })
+        };
+        let time_s = if one {
+            nearer_s(&only)
+        } else {
+            self.stretches_s(Intervals::gathered(), steps, &mut nearer_s)
+        };
+        (one || past_s < part * time_s).then_some(part * time_s)
     }
 
     fn joints_at(&self, place: &Coords, tool_mm: &[f64; 3]) -> Vec<LinearJoint> {
@@ -164,7 +190,7 @@ impl TimeJudge<'_> {
         steps: &[PathStep],
         stretch_s: &mut dyn FnMut(&[Interval]) -> f64,
     ) -> f64 {
-        let (mut time, mut intervals) = (0.0, Vec::new());
+        let (mut time, mut intervals) = (0.0, Vec::with_capacity(steps.len()));
         for (k, step) in steps.iter().enumerate() {
             match step {
                 PathStep::Piece(piece) => {
@@ -195,9 +221,13 @@ impl TimeJudge<'_> {
         time + stretch_s(&intervals)
     }
 
-    /// About how long a straight way of the same length takes from rest to rest at the same feeds, s.
-    fn straight_s(&self, intervals: &[Interval]) -> f64 {
-        self.stretch_s(&self.straightened(intervals))
+    /// Whether a straight way takes at least so long from rest to rest.
+    fn takes_s(&self, straight: &[Interval], least_s: f64) -> bool {
+        // No profile is faster than that without a jerk limit, and the shorter window is added to each:
+        // on long ways that often settles it.
+        let ideal_s = self.ideal_stretch_s(straight);
+        ideal_s - 0.5 * self.machine.longest_window_s() >= least_s
+            || self.stretch_s(straight) >= least_s
     }
 
     fn straightened(&self, intervals: &[Interval]) -> Vec<Interval> {
