@@ -83,11 +83,22 @@ fn scaled(d: &Coords) -> Coords {
 
 /// Angle between two directions, rad.
 fn angle(a: &Coords, b: &Coords) -> f64 {
-    let (a, b) = (scaled(a), scaled(b));
-    let (na, nb) = (a.dot(&a).sqrt(), b.dot(&b).sqrt());
+    let stands = |d: &Coords| d.0[3..].iter().all(|d| *d == 0.0);
+    if stands(a) && stands(b) {
+        angle_of::<3>(a, b)
+    } else {
+        angle_of::<AXES>(&scaled(a), &scaled(b))
+    }
+}
+
+/// The same where only the first N axes move.
+fn angle_of<const N: usize>(a: &Coords, b: &Coords) -> f64 {
+    let (a, b) = (&a.0[..N], &b.0[..N]);
+    let size = |d: &[f64]| d.iter().map(|d| d * d).sum::<f64>().sqrt();
+    let (na, nb) = (size(a), size(b));
     let (mut sum, mut difference) = (0.0, 0.0);
-    for i in 0..AXES {
-        let (x, y) = (a.0[i] / na, b.0[i] / nb);
+    for (a, b) in a.iter().zip(b) {
+        let (x, y) = (a / na, b / nb);
         sum += (x + y) * (x + y);
         difference += (x - y) * (x - y);
     }

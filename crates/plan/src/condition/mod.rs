@@ -94,8 +94,22 @@ pub(crate) struct Conditioner {
     held: usize,
     /// The weight at which the section is looked at.
     due: usize,
+    /// How the section's beginning is taken vertex by vertex, where that is known.
+    known: Option<Moves>,
     /// How often a curve could not be found any further.
     curve_stops: u64,
+}
+
+/// A section taken vertex by vertex.
+#[derive(Clone, Debug)]
+struct Moves {
+    /// Its lines.
+    lines: usize,
+    /// The joiner after them.
+    joiner: Joiner,
+    steps: Vec<PathStep>,
+    /// The same up to where gentle bends and sharp corners part first; none where they do not.
+    first: Option<Box<Moves>>,
 }
 
 impl Conditioner {
@@ -109,6 +123,7 @@ impl Conditioner {
             rested: true,
             held: 0,
             due: FIRST_LOOK,
+            known: None,
             curve_stops: 0,
         }
     }
@@ -216,14 +231,21 @@ impl Conditioner {
         pairs.any(|pair| self.is_gentle(&pair[0], &pair[1]) != first)
     }
 
-    /// Takes gentle bends and sharp corners of the section one after the other.
-    fn part(&mut self, taken: Taken, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+    /// Takes gentle bends and sharp corners of the section one after the other, given how the first of
+    /// them is taken vertex by vertex where that is known.
+    fn part(
+        &mut self,
+        taken: Taken,
+        known: Option<Moves>,
+        judge: &dyn Judge,
+        out: &mut Vec<PathStep>,
+    ) {
         let (from, lines) = (self.from, std::mem::take(&mut self.section));
         let mut lines = lines.into_iter();
         if let Some(first) = lines.next() {
             self.begin(first);
         }
-        (self.from, self.taken) = (from, taken);
+        (self.from, self.taken, self.known) = (from, taken, known);
         for line in lines {
             self.take(&line, Mixture::Parted, judge, out);
         }
@@ -237,6 +259,7 @@ impl Conditioner {
         self.taken = Taken::Open;
         self.due = FIRST_LOOK;
         self.from = 0.0;
+        self.known = None;
     }
 
     /// Ends the section at its last line, of which at least the second half is left unless the
@@ -257,12 +280,13 @@ impl Conditioner {
                         emit(found.pieces, out);
                         self.joiner.go_on(last, to);
                     }
-                    Err(_) if self.is_mixed() => {
-                        self.part(Taken::Open, judge, out);
+                    Err(Moves {
+                        first: Some(first), ..
+                    }) => {
+                        self.part(Taken::Open, Some(*first), judge, out);
                         self.close(rests, judge, out);
                     }
-                    Err(moves) => {
-                        let (joiner, steps) = *moves;
+                    Err(Moves { joiner, steps, .. }) => {
                         self.joiner = joiner;
                         out.extend(steps);
                         self.joiner.close(judge, out);
@@ -277,7 +301,7 @@ impl Conditioner {
                         self.joiner.go_on(last, to);
                     }
                     None if self.is_mixed() => {
-                        self.part(Taken::Curve { state, rest }, judge, out);
+                        self.part(Taken::Curve { state, rest }, None, judge, out);
                         self.close(rests, judge, out);
                     }
                     None => {
@@ -319,11 +343,16 @@ impl Conditioner {
                 .ok_or(None),
         };
         match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
-            (taken, Err(_)) if self.is_mixed() => self.part(taken, judge, out),
+            (
+                taken,
+                Err(Some(Moves {
+                    first: Some(first), ..
+                })),
+            ) => self.part(taken, Some(*first), judge, out),
+            (taken, Err(None)) if self.is_mixed() => self.part(taken, None, judge, out),
             (Taken::Curve { rest, .. }, Err(_)) => self.fall_back(rest, judge, out),
             (_, Err(decided)) => {
-                if let Some(moves) = decided {
-                    let (joiner, steps) = *moves;
+                if let Some(Moves { joiner, steps, .. }) = decided {
                     self.joiner = joiner;
                     out.extend(steps);
                 }
@@ -451,28 +480,42 @@ impl Conditioner {
         Way::new(&self.section, from, to, &tolerances?)
     }
 
-    /// The section as a curve where that takes clearly less time; else the steps vertex by vertex, and
-    /// the joiner as it is after them.
+    /// The section as a curve where that takes clearly less time; else vertex by vertex.
+    // On the stack for a moment, once a section.
+    #[allow(clippy::result_large_err)]
     fn decide(
-        &self,
+        &mut self,
         [from, to]: [f64; 2],
         [start, end]: [Tie; 2],
         judge: &dyn Judge,
-    ) -> Result<Found, Box<(Joiner, Vec<PathStep>)>> {
-        let (mut joiner, mut steps) = (self.joiner.clone(), Vec::new());
-        for line in &self.section[1..] {
-            joiner.push(line, judge, &mut steps);
-        }
+    ) -> Result<Found, Moves> {
+        let pairs = self.section.windows(2);
+        let gentle: Vec<bool> = pairs
+            .map(|pair| self.is_gentle(&pair[0], &pair[1]))
+            .collect();
+        let parted = gentle.windows(2).position(|pair| pair[0] != pair[1]);
+        let lines = self.section.len();
+        let (joiner, steps, first) = match self.known.take() {
+            Some(known) if known.lines == lines => (known.joiner, known.steps, None),
+            _ => {
+                let (mut joiner, mut steps, mut first) = (self.joiner.clone(), Vec::new(), None);
+                for (k, line) in self.section.iter().enumerate().skip(1) {
+                    joiner.push(line, judge, &mut steps);
+                    // Where both part nothing is closed before.
+                    if parted.is_some_and(|pair| k == pair + 1) {
+                        first = Some((k + 1, joiner.clone(), steps.len()));
+                    }
+                }
+                (joiner, steps, first)
+            }
+        };
         let mut whole = steps.clone();
         joiner.clone().stop(Stop::default(), judge, &mut whole);
         let arcs = self
             .section
             .iter()
             .any(|of| matches!(of.curve, Curve::Arc(_)));
-        let sharp = !self
-            .section
-            .windows(2)
-            .all(|pair| self.is_gentle(&pair[0], &pair[1]));
+        let sharp = gentle.contains(&false);
         let part = match (arcs, sharp) {
             (true, _) => FASTER_PART_OF_ARCS,
             (false, true) => FASTER_PART_OF_CORNERS,
@@ -482,7 +525,19 @@ impl Conditioner {
             self.find([from, to], [start, end], judge)
                 .filter(|found| self.curve_s(found, from, to, judge) < most_s)
         });
-        found.ok_or_else(|| Box::new((joiner, steps)))
+        found.ok_or_else(|| Moves {
+            lines,
+            first: first.map(|(lines, joiner, count)| {
+                Box::new(Moves {
+                    lines,
+                    joiner,
+                    steps: steps[..count].to_vec(),
+                    first: None,
+                })
+            }),
+            joiner,
+            steps,
+        })
     }
 
     /// About how long the section takes as a curve, s.
