@@ -240,6 +240,21 @@ impl Machine {
         a
     }
 
+    /// The same at rest where nothing bends, whatever the cap.
+    pub(crate) fn straight_acceleration(&self, demand: &Demand, window_s: f64) -> f64 {
+        let mut a = NO_LIMIT;
+        for joint in &self.joints {
+            let d1 = demand.d[0][joint.index];
+            if d1 * a > joint.a {
+                a = joint.a.max(0.0) / d1;
+            }
+            if d1 * a > joint.j * window_s {
+                a = joint.j * window_s / d1;
+            }
+        }
+        a
+    }
+
     /// Largest acceleration at a speed squared, whatever its jerk.
     pub(crate) fn pull(&self, demand: &Demand, b: f64) -> f64 {
         let mut a = NO_LIMIT;

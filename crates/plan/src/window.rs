@@ -141,7 +141,7 @@ impl Window {
         // The averaging window can change only at rest: within a stretch it shapes the motion on
         // both sides.
         if self.from.b == 0.0 {
-            self.window_s = self.best_window_s(machine);
+            self.window_s = self.best_window(machine).0;
         }
         for part in LIMIT_PARTS {
             let plan = plan(&self.task(&machine.part(part), false, self.window_s));
@@ -298,12 +298,16 @@ impl Window {
 
     /// The motion to the end.
     fn final_knots(&mut self, machine: &Machine, kinematics: &dyn Kinematics) -> Vec<Knot> {
+        let mut planned = None;
         if self.from.b == 0.0 {
-            self.window_s = self.best_window_s(machine);
+            (self.window_s, planned) = self.best_window(machine);
         }
         let mut nodes = Vec::new();
         for part in LIMIT_PARTS {
-            nodes = plan(&self.task(&machine.part(part), true, self.window_s)).nodes;
+            // All of the limits come first, and may have been planned for already.
+            nodes = planned.take().unwrap_or_else(|| {
+                plan(&self.task(&machine.part(part), true, self.window_s)).nodes
+            });
             if let Some(knots) = self.timed(machine, kinematics, &nodes, true) {
                 return knots;
             }
@@ -311,26 +315,30 @@ impl Window {
         average(&nodes, self.window_s, true)
     }
 
-    /// The window with which the beginning of the path takes the least time.
-    fn best_window_s(&self, machine: &Machine) -> f64 {
+    /// The window with which the beginning of the path takes the least time, and the profile with it
+    /// where the beginning is all of the path.
+    fn best_window(&self, machine: &Machine) -> (f64, Option<Vec<Node>>) {
         let usual = self.usual_window_s(machine);
         // A straight stretch has a closed form.
         if let [only] = self.intervals.as_slice()
             && only.demand.is_straight()
         {
-            return usual.min(machine.straight_window_s(&only.demand, only.end - self.from.s));
+            let window = machine.straight_window_s(&only.demand, only.end - self.from.s);
+            return (usual.min(window), None);
         }
         // Planning all of a long stretch for each window would cost too much; its beginning tells.
         let intervals = &self.intervals[..self.intervals.len().min(COMPARED_INTERVALS)];
-        let time = |window_s: f64| {
+        let profile = |window_s: f64| {
             let task = Task {
                 intervals,
                 ..self.task(machine, true, window_s)
             };
+            let nodes = plan(&task).nodes;
             // Averaging adds one window to the time of the profile.
-            duration_s(&plan(&task).nodes) + window_s
+            (duration_s(&nodes) + window_s, nodes)
         };
-        let (mut best, mut least) = (usual, time(usual));
+        let all = |nodes| (intervals.len() == self.intervals.len()).then_some(nodes);
+        let (mut best, (mut least, mut nodes)) = (usual, profile(usual));
         let (from, to) = (
             self.from,
             Node::new(intervals.last().map_or(self.from.s, |last| last.end), 0.0),
@@ -339,19 +347,19 @@ impl Window {
         if least <= usual + GOOD_TIME * duration_s(&ideal(machine, intervals, from, to))
             && machine.is_short(intervals, usual)
         {
-            return usual;
+            return (usual, all(nodes));
         }
         // A shorter window spreads the demands less far but leaves less acceleration: from the
         // usual one downward until the time rises.
         for part in SHORTER_WINDOWS {
-            let tried = time(part * usual);
+            let (tried, profile) = profile(part * usual);
             if tried > WORSE_TIME * least {
                 break;
             }
             if tried < least {
-                (best, least) = (part * usual, tried);
+                (best, least, nodes) = (part * usual, tried, profile);
             }
         }
-        best
+        (best, all(nodes))
     }
 }

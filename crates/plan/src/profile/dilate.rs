@@ -3,7 +3,6 @@
 use super::Task;
 use crate::demand::{Demand, Direction, Interval};
 use crate::machine::NO_LIMIT;
-use lostmotion_base::AXES;
 use std::cell::OnceCell;
 
 /// A stretch of path with everything whose window reaches it.
@@ -46,10 +45,7 @@ impl Cell {
             }
             // The acceleration without curvature; the part of it that the curvature takes at the
             // cap decides.
-            let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], f64::INFINITY);
-            let most =
-                task.machine
-                    .acceleration(&straight, direction, cap, 0.0, task.window_s, NO_LIMIT);
+            let most = task.machine.straight_acceleration(&all, task.window_s);
             let a = task
                 .machine
                 .acceleration(&all, direction, cap, self.cap, task.window_s, most);
