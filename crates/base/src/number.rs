@@ -62,6 +62,18 @@ pub trait Number:
         Self::choose(most.less(low), most, low)
     }
 
+    /// The larger of both; `other` where this is no number.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self::choose(other.less(self), self, other)
+    }
+
+    /// The lesser of both; `other` where this is no number.
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        Self::choose(self.less(other), self, other)
+    }
+
     /// Zero.
     #[inline(always)]
     fn zero(self) -> Self {

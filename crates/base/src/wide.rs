@@ -66,6 +66,22 @@ impl<S: Simd> Wide<S> {
         S::as_mut_simd_f64s(values).0[part] = self.lanes;
     }
 
+    /// As `f64::sqrt`.
+    #[must_use]
+    #[inline(always)]
+    pub fn sqrt(self) -> Wide<S> {
+        Wide {
+            lanes: self.simd.sqrt_f64s(self.lanes),
+            ..self
+        }
+    }
+
+    /// The least of the lanes.
+    #[inline(always)]
+    pub fn least(self) -> f64 {
+        self.simd.reduce_min_f64s(self.lanes)
+    }
+
     /// The same number in all lanes.
     #[inline(always)]
     pub fn all(simd: S, value: f64) -> Wide<S> {

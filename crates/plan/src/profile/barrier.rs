@@ -8,8 +8,9 @@
 //! Eight intervals are worked on side by side, one in each lane.
 
 use super::spline::Grid;
-use crate::wide::{LANES, Lanes, Part, Wide, dot, parts, scaled};
+use crate::wide::{LANES, Lanes, Part, dot, parts, scaled};
 use lostmotion_base::linalg::solve_banded;
+use lostmotion_base::{Number, Wide};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Factor by which the complementarity is to fall in a step. A choice: a faster fall leaves the
@@ -291,9 +292,11 @@ impl<'a> BarrierProblem<'a> {
                     let change = (weight - old_dual * slack) / old_slack - old_dual;
                     // Neither may reach zero.
                     let least = nearest * old_slack;
-                    primal = slack.if_less(least, least / slack, one).min(primal);
+                    let kept = Wide::choose(slack.less(least), least / slack, one);
+                    primal = kept.lesser(primal);
                     let least = nearest * old_dual;
-                    dual = change.if_less(least, least / change, one).min(dual);
+                    let kept = Wide::choose(change.less(least), least / change, one);
+                    dual = kept.lesser(dual);
                     at.put(slack, &mut out.slack);
                     at.put(change, &mut out.dual);
                 }
@@ -305,12 +308,12 @@ impl<'a> BarrierProblem<'a> {
     /// Whether b is positive in the middle of every interval.
     #[inline(always)]
     fn advances<S: Simd>(&self, simd: S, c: &[f64]) -> bool {
-        let least_b = Wide::all(simd, f64::from_bits(1));
-        let mut all = Wide::all(simd, 1.0);
+        let (one, least_b) = (Wide::all(simd, 1.0), Wide::all(simd, f64::from_bits(1)));
+        let mut all = one;
         for (k, block) in self.blocks.iter().enumerate() {
             for at in parts(simd) {
                 let b = middle(at, block, &c[k * LANES..])[0];
-                all = all.min(least_b.at_most(b));
+                all = all.lesser(one.flag(least_b.at_most(b)));
             }
         }
         all.least() > 0.0
@@ -350,7 +353,7 @@ impl<'a> BarrierProblem<'a> {
         let mut all = one;
         for used in &self.used {
             for at in parts(simd) {
-                all = all.min((at.get(&used.part) - one).at_most(most));
+                all = all.lesser(one.flag((at.get(&used.part) - one).at_most(most)));
             }
         }
         all.least() > 0.0
@@ -465,7 +468,7 @@ impl<S: Simd> IntervalEnds<S> {
         IntervalEnds {
             by_second,
             by_slope,
-            roots: [left.max(least).sqrt(), right.max(least).sqrt()],
+            roots: [left.larger(least).sqrt(), right.larger(least).sqrt()],
         }
     }
 }
