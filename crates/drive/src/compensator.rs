@@ -62,6 +62,10 @@ impl MethodInfo {
 pub struct Heeded {
     /// What the control allows, 0 (nothing) to 1 (all of it).
     pub allowed: f64,
+    /// Whether it waits for something, and lets none correct but who rests aside.
+    pub waits: bool,
+    /// Whether this axis rests while others come and go.
+    pub aside: bool,
     /// The least [`Compensator::readiness`] of the machine's other axes; `None` where none of them matters now.
     pub others: Option<f64>,
 }

@@ -29,7 +29,7 @@
 //!
 //! Until it is confident it does nothing: one reading of a clear contact is enough, if its load has the
 //! friction that motion shows; of several that contradict each other the smallest is used; otherwise two
-//! have to agree. Larger ones that come with a correction speak against it. Until readings agree on a load
+//! have to agree. At rest while others move a single one is enough. Larger ones that come with a correction speak against it. Until readings agree on a load
 //! that has moved both ways, at rest the gap of one that sticks is crossed where the motor's own torque
 //! shows that it is about to set out: a load that is learned roughly predicts that less well. Servo, references and
 //! cutting forces before the crossing do not enter a reading; only the motor's own equation and its
@@ -433,8 +433,12 @@ impl Adaptive {
 /// Half gaps that are used of one that is known so, in motion and at rest, rad; `nil`: it is too small to matter.
 fn used_of(gap: &Readings, nil: bool) -> (f64, f64) {
     let used = if nil { 0.0 } else { gap.used() };
-    let rests = gap.count > 0 && !nil;
-    (used, if rests { gap.used_at_rest() } else { used })
+    let at_rest = if nil || by_hints(gap, used) {
+        used
+    } else {
+        gap.used_at_rest()
+    };
+    (used, at_rest)
 }
 
 /// Whether a reading is a hint of the gap, though it may not count: a contact beyond doubt, not quite
@@ -457,6 +461,11 @@ fn by_degrees(readings: u32) -> f64 {
         2 => 0.95,
         _ => 1.0,
     }
+}
+
+/// Whether hints alone tell a half gap that is used in motion, rad.
+fn by_hints(gap: &Readings, used: f64) -> bool {
+    gap.count == 0 && used > 0.0
 }
 
 impl Adaptive {
@@ -491,10 +500,10 @@ impl Adaptive {
         HalfGap {
             moving: share * (degrees * state.used),
             resting: share
-                * if state.gap.count > 0 {
-                    self.half_gap(state, true)
-                } else {
+                * if by_hints(&state.gap, state.used) {
                     degrees * state.used
+                } else {
+                    self.half_gap(state, true)
                 },
         }
     }
@@ -623,6 +632,7 @@ impl Compensator for Adaptive {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // used as far as this axis and those that move with it are ready
         let used = self.now_used(state);
+        state.trust.places(used.resting > 0.0);
         // what only winds up the shaft of a load at rest moves nothing
         let [offset, wound] = state.crossing.ahead();
         let rests = signals.reference.velocity == 0.0;

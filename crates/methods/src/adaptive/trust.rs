@@ -12,14 +12,18 @@
 //!    partly cancel across it, so that one axis set right alone can be worse than neither; both by
 //!    the same share never is.
 //!
+//! An axis that rests while others come and go has an error across theirs, which adds to the contour's whatever they
+//! do: once in such a rest its load is put in its place without a wait for them, and what is known too little for
+//! motion is used.
+//!
 //! An axis that hardly moves, as the tool's does behind its plunge, may never show its friction. The slides
 //! of a machine are of one kind: where it rests for long beside axes that are ready it is taken to hold its
 //! load as they do, unless its own friction is certainly less, and until it moves.
 //!
 //! ```text
-//! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated;   after 2 s at rest, the others ready, while  H + 2 s > 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
+//! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated;   after 2 s at rest or in a rest aside, the others ready, while  H + 2 s > 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
 //! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
-//! used      b min(allowed, least readiness of the others)      readiness: 1 with a gap that is used, else 0
+//! used      b min(allowed, least readiness of the others); b allowed once in a rest aside      readiness: 1 with a gap that is used, else 0
 //! ```
 
 use crate::memory::{CERTAIN_DEVIATIONS, HOLDING_SHARE};
@@ -87,6 +91,11 @@ pub(super) struct Trust {
     foreseen: bool,
     /// What the control allows.
     allowed: f64,
+    /// Whether the control waits, and lets correct only who rests aside.
+    waits: bool,
+    /// Whether it rests while others come and go, and whether it has corrected in this rest as all of them may.
+    aside: bool,
+    placed: bool,
     /// Least readiness of the other axes; `None` where none of them matters.
     others: Option<f64>,
     /// Whether it began with a memory.
@@ -109,6 +118,9 @@ impl Trust {
         certain: false,
         foreseen: false,
         allowed: 1.0,
+        waits: false,
+        aside: false,
+        placed: false,
         others: None,
         remembers: false,
     };
@@ -151,9 +163,19 @@ impl Trust {
         self.returns >= LEAST_RETURNS
     }
 
-    /// Whether it has rested for long.
+    /// Whether it has rested for long, or rests while others come and go.
     pub(super) fn rests_long(&self) -> bool {
-        f64::from(self.rested) * Clock::SERVO.period_s() > LONG_REST_S
+        self.aside || f64::from(self.rested) * Clock::SERVO.period_s() > LONG_REST_S
+    }
+
+    /// Whether its load is put in its place whatever the others know: once in a rest aside.
+    fn is_alone(&self) -> bool {
+        self.aside && !self.placed
+    }
+
+    /// Takes whether a gap is used at rest.
+    pub(super) fn places(&mut self, used: bool) {
+        self.placed = !self.moves && (self.placed || used && !self.aside);
     }
 
     /// Whether changes of the flank can be foreseen.
@@ -163,8 +185,14 @@ impl Trust {
 
     /// How far the control and the other axes let it correct.
     pub(super) fn allowed(&self) -> f64 {
-        self.others
-            .map_or(self.allowed, |others| self.allowed.min(others))
+        let others = if self.is_alone() {
+            1.0
+        } else if self.waits {
+            0.0
+        } else {
+            self.others.unwrap_or(1.0)
+        };
+        self.allowed.min(others)
     }
 
     /// The part of a known gap that is used.
@@ -183,6 +211,7 @@ impl Trust {
             least > HOLDING_SHARE
         };
         self.moves = reference.velocity != 0.0;
+        self.aside &= !self.moves;
         self.rested = if self.moves {
             0
         } else {
@@ -253,7 +282,9 @@ impl Trust {
     /// Takes what the control allows, and the least readiness of the other axes.
     pub(super) fn heed(&mut self, heeded: Heeded) {
         self.allowed = heeded.allowed.clamp(0.0, 1.0);
+        self.waits = heeded.waits;
         self.others = heeded.others.map(|others| others.clamp(0.0, 1.0));
+        self.aside = !self.moves && heeded.aside;
     }
 
     /// The part of a half gap that is used, in its unit.
@@ -304,6 +335,8 @@ mod tests {
         let (first, second) = (told(&ready, 1.0), told(&learning, 1.0));
         let heeded = |others| Heeded {
             allowed: 1.0,
+            waits: false,
+            aside: false,
             others: Some(others),
         };
         ready.heed(heeded(second));
@@ -333,6 +366,8 @@ mod tests {
         };
         let heeded = |others| Heeded {
             allowed: 1.0,
+            waits: false,
+            aside: false,
             others,
         };
         let (unknown, slippery) = ([-0.01, 0.05], [-0.01, 0.004]);
@@ -360,9 +395,45 @@ mod tests {
         // what the control allows bounds it
         trust.heed(Heeded {
             allowed: 0.3,
+            waits: false,
+            aside: false,
             others: Some(1.0),
         });
         assert_eq!(rest(&mut trust, 0.1, unknown), 0.3);
+    }
+
+    #[test]
+    fn who_rests_aside_waits_for_nobody_once() {
+        let mut trust = Trust {
+            held: true,
+            foreseen: true,
+            ..Trust::NONE
+        };
+        let heeded = |waits, aside| Heeded {
+            allowed: 0.5,
+            waits,
+            aside,
+            others: None,
+        };
+        let rest = |trust: &mut Trust| {
+            trust.step(&Reference::default(), 1, [0.01, 0.03]);
+            trust.places(trust.used(1.0) > 0.0);
+            trust.used(1.0)
+        };
+        trust.heed(heeded(true, false));
+        assert_eq!(rest(&mut trust), 0.0);
+        assert!(!trust.rests_long());
+        trust.heed(heeded(true, true));
+        assert_eq!(rest(&mut trust), 0.5);
+        assert!(trust.rests_long());
+        trust.step(&MOVING, 1, [0.01, 0.03]);
+        trust.places(false);
+        assert_eq!(trust.used(1.0), 0.0);
+        // what corrected in this rest as all of them may waits as they do
+        trust.heed(heeded(false, false));
+        assert_eq!(rest(&mut trust), 0.5);
+        trust.heed(heeded(true, true));
+        assert_eq!(rest(&mut trust), 0.0);
     }
 
     #[test]

@@ -83,6 +83,12 @@ impl Contours {
 /// two to one and of three to two.
 const OTHERS_RETURNS: u32 = 3;
 
+/// Rest from which on an axis rests aside once another one comes back, or several move, s. A choice: those of one
+/// figure rest for less when another one turns round at its end; a servo has come to rest.
+const ASIDE_REST_S: f64 = 0.3;
+/// Axes that make a figure by themselves. A choice: of a square or a zigzag one moves at a time.
+const SEVERAL: usize = 2;
+
 /// How often the axes come back.
 #[derive(Clone, Debug)]
 pub(super) struct Returns {
@@ -96,6 +102,10 @@ pub(super) struct Returns {
     pub(super) counted: Vec<u32>,
     /// By axis, how long it has rested, s.
     rested_s: Vec<f64>,
+    /// By axis, whether its last motion began in a rapid.
+    rapid: Vec<bool>,
+    /// By axis, whether another one came back, or several moved, while it rests.
+    aside: Vec<bool>,
 }
 
 impl Returns {
@@ -106,14 +116,21 @@ impl Returns {
             stays: vec![true; axes],
             counted: vec![0; axes],
             rested_s: vec![0.0; axes],
+            rapid: vec![false; axes],
+            aside: vec![false; axes],
         }
     }
 
     /// Takes a command of the plan, whose cycle takes `clock`; gives, by bits, which axes come back at it.
     pub(super) fn take(&mut self, sample: &Sample, axes: &[AxisInfo], clock: Clock) -> u32 {
+        let speeds = axes.iter().map(|info| sample.velocity[info.id]);
+        self.step(speeds, sample.feed_part <= 0.0, clock.period_s())
+    }
+
+    /// The same by the speeds of the axes; whether they are those of a rapid; for a time, s.
+    fn step(&mut self, speeds: impl Iterator<Item = f64>, rapid: bool, period_s: f64) -> u32 {
         let mut returned = 0;
-        for (axis, (turn, info)) in self.turns.iter_mut().zip(axes).enumerate() {
-            let speed = sample.velocity[info.id];
+        for (axis, (turn, speed)) in self.turns.iter_mut().zip(speeds).enumerate() {
             // below it an axis stands: rounding of the planner
             let speed = if speed.abs() > STANDSTILL_PER_S {
                 speed
@@ -124,16 +141,43 @@ impl Returns {
                 turn.1 += 1;
                 returned |= 1 << axis;
             }
-            self.rested_s[axis] += clock.period_s();
+            let rested_s = std::mem::take(&mut self.rested_s[axis]);
             if speed != 0.0 {
                 turn.0 = speed;
-                self.rested_s[axis] = 0.0;
+                // a rapid ends within the move that it is blended into
+                if rested_s > 0.0 {
+                    self.rapid[axis] = rapid;
+                }
+                self.aside[axis] = false;
+            } else {
+                self.rested_s[axis] = rested_s + period_s;
             }
         }
         if returned != 0 {
             self.note(returned);
         }
+        let moving = self.rested_s.iter().filter(|rested_s| **rested_s <= 0.0);
+        if returned != 0 || moving.count() >= SEVERAL {
+            for (aside, rested_s) in self.aside.iter_mut().zip(&self.rested_s) {
+                *aside |= *rested_s > ASIDE_REST_S;
+            }
+        }
         returned
+    }
+
+    /// Whether an axis rests while others come and go: its error is across what they move, and has nothing to do
+    /// with theirs.
+    pub(super) fn is_aside(&self, axis: usize) -> bool {
+        self.aside.get(axis).copied().unwrap_or(false)
+    }
+
+    /// Whether an axis has only been brought to where it will cut: it sets out next, and whether it comes back then is
+    /// not known.
+    pub(super) fn is_to_cut(&self, axis: usize) -> bool {
+        let mut others = self.turns.iter().enumerate();
+        self.rapid[axis]
+            && self.rested_s[axis] < LONG_REST_S
+            && !others.any(|(other, (_, count))| other != axis && *count >= OTHERS_RETURNS)
     }
 
     /// Notes, by bits, which axes come back now.
@@ -191,5 +235,47 @@ mod tests {
         // somebody has to
         (returns.rested_s, returns.counted) = (vec![2.5; 2], vec![0; 2]);
         assert!(!returns.came_back_or_rests(1));
+    }
+
+    /// Two axes move at these speeds for a time, s.
+    fn moves(returns: &mut Returns, seconds: f64, speeds: [f64; 2], rapid: bool) {
+        for _ in 0..(seconds * 1e3) as usize {
+            returns.step(speeds.into_iter(), rapid, 1e-3);
+        }
+    }
+
+    #[test]
+    fn an_axis_rests_aside_while_another_one_comes_back_until_it_moves() {
+        let mut returns = Returns::new(2);
+        for (seconds, speeds, aside) in [
+            (0.5, [1.0, 1.0], false),
+            (1.0, [1.0, 0.0], false),
+            (0.1, [-1.0, 0.0], true),
+            (0.1, [-1.0, 1.0], false),
+            // it has just come to rest at the end of a figure
+            (0.1, [1.0, 0.0], false),
+        ] {
+            moves(&mut returns, seconds, speeds, false);
+            assert_eq!(returns.is_aside(1), aside, "{speeds:?}");
+        }
+    }
+
+    #[test]
+    fn an_axis_is_to_cut_where_a_rapid_has_brought_it_until_it_sets_out_or_rests_for_long() {
+        let mut returns = Returns::new(2);
+        moves(&mut returns, 0.1, [0.0, 0.0], true);
+        moves(&mut returns, 0.1, [10.0, 0.0], true);
+        // the rapid is blended into the cut
+        moves(&mut returns, 0.01, [1.0, 0.0], false);
+        moves(&mut returns, 0.2, [0.0, -1.0], false);
+        assert!(returns.is_to_cut(0) && !returns.is_to_cut(1));
+        moves(&mut returns, 0.2, [1.0, 0.0], false);
+        assert!(!returns.is_to_cut(0));
+        moves(&mut returns, 0.2, [0.0, 0.0], false);
+        moves(&mut returns, 0.2, [1.0, 0.0], true);
+        moves(&mut returns, 1.0, [0.0, 0.0], false);
+        assert!(returns.is_to_cut(0));
+        moves(&mut returns, 1.5, [0.0, 0.0], false);
+        assert!(!returns.is_to_cut(0));
     }
 }

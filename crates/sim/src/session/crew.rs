@@ -85,6 +85,8 @@ impl Crew {
         for (allowed, axis) in shares.into_iter().zip(self.batch.axes_mut()) {
             axis.heed(Heeded {
                 allowed,
+                waits: false,
+                aside: false,
                 others: None,
             });
         }
@@ -212,8 +214,15 @@ impl Crew {
             let variant = self.variant_of[lane];
             let others = ready.iter().enumerate();
             let others = others.filter(|(other, (theirs, _))| *other != lane && *theirs == variant);
+            let guard = self.guard(variant);
+            let mut lanes = self.layout.lanes_of(variant).iter();
+            let axis = lanes.position(|of| *of == lane + self.first_lane);
             Heeded {
-                allowed: self.share(variant),
+                allowed: guard.map_or(1.0, Guard::part),
+                waits: guard.is_some_and(Guard::waits),
+                aside: guard
+                    .zip(axis)
+                    .is_some_and(|(guard, axis)| guard.is_aside(axis)),
                 others: others.filter_map(|(_, (_, ready))| *ready).reduce(f64::min),
             }
         };

@@ -7,14 +7,16 @@
 //! not the worse one.
 //!
 //! ```text
-//! better   rms without^2 - rms with^2 >= 0.5 rms (without - with)^2 over 0.3 s in which each axis came back once    and peak with <= 1.01 peak without + 0.25 um
+//! better   rms without^2 - rms with^2 >= 0.5 rms (without - with)^2 over 0.3 s in which an axis came back    and peak with <= 1.01 peak without + 0.25 um
 //! no worse rms with <= rms without over 2 s in which each axis came back twice   and the same
 //! worse    rms with > 1.01 rms without, or peak with > 1.02 peak without + 0.5 um
 //! ```
 //! Where what a correction changes has nothing to do with the other errors, the squares differ by the
 //! square of the change: half of it is clear, also where the axes lag by far more than the gap.
 //!
-//! An axis that has rested for 2 s need not come back: the tool's plunges before the others are known.
+//! An axis that has rested for 2 s need not come back: the tool's plunges before the others are known. While it rests and
+//! others come and go its error is across theirs: it is not waited for if it is not known, and its load is put in
+//! its place as soon as it is, whatever the others know.
 //!
 //! Without a memory nothing is corrected before it is certainly better or no worse. Then a rehearsal with
 //! what the drives know by that time says how far, and is asked again each time that they know clearly
@@ -37,10 +39,9 @@ use lostmotion_plan::Sample;
 use std::collections::VecDeque;
 
 /// Part of the squares of what is changed by which the squares of the error have to be less for it to
-/// be clearly better, how often each axis has to come back meanwhile, and the time over which it has
-/// to be, s. A choice: half is far beyond what foreseeing errs by; corners, where the peak is, come
-/// as often as an axis does.
-const CLEARLY: (f64, u32, f64) = (0.5, 1, 0.3);
+/// be clearly better, and the time over which it has to be, s. A choice: half is far beyond what foreseeing errs
+/// by; corners, where the peak is, are seen by the rehearsal that follows.
+const CLEARLY: (f64, f64) = (0.5, 0.3);
 /// Time over which the contour has to be no worse, s, and how often each axis has to come back. A
 /// choice: as often as on a closed figure.
 const NO_WORSE: (f64, u32) = (2.0, 2);
@@ -267,13 +268,29 @@ impl Guard {
         }
     }
 
+    /// The part of their corrections that the drives may use once it waits no longer.
+    pub(super) fn part(&self) -> f64 {
+        let taken_back = self.corrected && !self.corrects;
+        if self.skipping || taken_back {
+            0.0
+        } else {
+            self.part
+        }
+    }
+
+    /// Whether it waits: for an axis that is not known, or to see that the contour gets better.
+    pub(super) fn waits(&self) -> bool {
+        self.held_back || !self.corrects
+    }
+
+    /// Whether an axis rests while others come and go.
+    pub(super) fn is_aside(&self, axis: usize) -> bool {
+        self.returns.is_aside(axis)
+    }
+
     /// The part of their corrections that the drives may use.
     pub(super) fn share(&self) -> f64 {
-        if self.corrects && !self.held_back && !self.skipping {
-            self.part
-        } else {
-            0.0
-        }
+        if self.waits() { 0.0 } else { self.part() }
     }
 
     /// Takes what is foreseen for a command of the plan, whose cycle takes `clock`.
@@ -290,8 +307,11 @@ impl Guard {
         // else one that is not known holds the others back: one set right alone can be worse than neither
         let mut pair = *pair;
         self.held_back = false;
-        for (stays, info) in self.returns.stays.iter().zip(axes) {
-            if *stays {
+        for (axis, (stays, info)) in self.returns.stays.iter().zip(axes).enumerate() {
+            let unknown = pair[0][info.id].is_nan();
+            // nothing begins just before one that is not known sets out
+            self.held_back |= unknown && !self.corrects && self.returns.is_to_cut(axis);
+            if *stays || unknown && self.returns.is_aside(axis) {
                 pair.iter_mut()
                     .for_each(|joints| joints[info.id] = sample.position[info.id]);
             }
@@ -407,7 +427,9 @@ impl Guard {
         // the axis of the tool came back before the others were known
         let shown =
             |times: u32, least_s: f64| time_s >= least_s && self.returns.came_back_or_rests(times);
-        let clearly = without - with >= CLEARLY.0 * changed && shown(CLEARLY.1, CLEARLY.2);
+        // a rehearsal sees the corners of the others that come
+        let returned = self.returns.counted.iter().any(|count| *count > 0);
+        let clearly = without - with >= CLEARLY.0 * changed && returned && time_s >= CLEARLY.1;
         let peaks = high <= BETTER_PEAK.0 * highest + BETTER_PEAK.1;
         self.corrects =
             peaks && without > 0.0 && (clearly || with <= without && shown(NO_WORSE.1, NO_WORSE.0));
