@@ -215,12 +215,12 @@ mod tests {
 
     #[test]
     fn stiffness_and_damping_are_estimated_while_it_runs() {
-        for coupler in [COUPLERS[0], COUPLERS[1], COUPLERS[4]] {
+        for coupler in COUPLERS {
             let recording = run(&coupler).unwrap();
             let [stiffness, damping] = recording.online.unwrap();
             let told = coupler.damping_nm_s_per_rad(recording.axis.motor.inertia_kgm2);
             assert!(
-                (stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.03,
+                (stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.05,
                 "{stiffness} {coupler:?}"
             );
             assert!(

@@ -243,7 +243,7 @@ impl<'a> BarrierProblem<'a> {
             .chunks_exact(per)
             .zip(self.bounds.chunks_exact(per));
         for (k, (block, (used, bounds))) in self.blocks.iter().zip(these).enumerate() {
-            let mut share = Share::default();
+            let mut share = BlockShare::default();
             for at in parts(simd) {
                 share.put(at, block, &c[k * LANES..], used.iter().zip(bounds), weight);
             }
@@ -475,13 +475,13 @@ impl<S: Simd> IntervalEnds<S> {
 
 /// The shares of a block's intervals in gradient and upper triangle of the second derivatives.
 #[derive(Default)]
-struct Share {
+struct BlockShare {
     right: [Lanes; 3],
     /// From the diagonal on.
     rows: [[Lanes; 3]; 3],
 }
 
-impl Share {
+impl BlockShare {
     /// Some of the lanes, given the used parts of their bounds.
     #[inline(always)]
     fn put<'a, S: Simd>(

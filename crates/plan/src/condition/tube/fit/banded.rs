@@ -11,7 +11,7 @@ use pulp::Simd;
 pub(super) type Columns<const M: usize> = [f64; M];
 
 /// A row.
-pub(super) type Row<const M: usize> = [Columns<M>; ORDER];
+pub(super) type SystemRow<const M: usize> = [Columns<M>; ORDER];
 
 /// Solves it by LDL', given the number of the first coefficient, all rows and right sides, and three
 /// coefficients more of each, in which anything may be. The factors are left in `rows` and the solution in
@@ -20,7 +20,7 @@ pub(super) type Row<const M: usize> = [Columns<M>; ORDER];
 pub(super) fn solve<S: Simd, const N: usize, const M: usize>(
     simd: S,
     first: usize,
-    rows: &mut [[Row<M>; N]],
+    rows: &mut [[SystemRow<M>; N]],
     x: &mut [[f64; N]],
 ) {
     let n = x.len() + 1 - ORDER;

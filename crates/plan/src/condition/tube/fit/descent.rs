@@ -1,6 +1,6 @@
 //! The steps of a fit: what each aims at, the system that gives it, and how far it goes.
 
-use super::banded::{self, Row};
+use super::banded::{self, SystemRow};
 use super::share::{Off, Share, Weights};
 use super::site::Site;
 use super::{Bending, Bent, Fit};
@@ -75,7 +75,7 @@ pub(super) struct Descent<'a, B, const N: usize, const M: usize> {
     /// The derivatives on each interval.
     bent: Vec<Bent>,
     /// The system of a step, a row for each axis of each coefficient of the intervals, and rows beyond.
-    rows: Vec<[Row<M>; N]>,
+    rows: Vec<[SystemRow<M>; N]>,
     right: Vec<[f64; N]>,
     /// What a step of full length changes.
     step: Vec<Vec3>,

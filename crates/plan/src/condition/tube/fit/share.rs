@@ -1,7 +1,7 @@
 //! What an interval adds to the system of a step.
 
 use super::Rail;
-use super::banded::Row;
+use super::banded::SystemRow;
 use super::site::Site;
 use crate::condition::tube::spline::ORDER;
 use lostmotion_base::vec::{Vec3, along, dot, sub};
@@ -213,7 +213,7 @@ impl<const N: usize> Share<N> {
     pub(super) fn gather<const M: usize>(
         &self,
         first: usize,
-        rows: &mut [[Row<M>; N]],
+        rows: &mut [[SystemRow<M>; N]],
         right: &mut [[f64; N]],
     ) {
         let (rows, right) = (&mut rows[..ORDER], &mut right[..ORDER]);
