@@ -219,8 +219,10 @@ mod tests {
             let recording = run(&coupler).unwrap();
             let [stiffness, damping] = recording.online.unwrap();
             let told = coupler.damping_nm_s_per_rad(recording.axis.motor.inertia_kgm2);
+            // the widest gap has the hardest blows, after which the motor bounces for longest
+            let most = if coupler == COUPLERS[0] { 0.05 } else { 0.03 };
             assert!(
-                (stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.05,
+                (stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < most,
                 "{stiffness} {coupler:?}"
             );
             assert!(
