@@ -58,8 +58,7 @@ pub trait Number:
     /// As `f64::clamp`, for bounds that are in order.
     #[inline(always)]
     fn clamp(self, least: Self, most: Self) -> Self {
-        let low = Self::choose(self.less(least), least, self);
-        Self::choose(most.less(low), most, low)
+        clamp(self, least, most)
     }
 
     /// The larger of both; `other` where this is no number.
@@ -91,6 +90,13 @@ pub trait Number:
     fn unless(self, mask: Self::Mask) -> Self {
         Self::choose(mask, self.zero(), self.constant(1.0))
     }
+}
+
+/// [`Number::clamp`] by comparisons.
+#[inline(always)]
+pub(crate) fn clamp<N: Number>(value: N, least: N, most: N) -> N {
+    let low = N::choose(value.less(least), least, value);
+    N::choose(most.less(low), most, low)
 }
 
 impl Number for f64 {

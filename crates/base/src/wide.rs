@@ -1,6 +1,6 @@
 //! Numbers side by side: a [`Number`] with as many lanes as the processor's vectors have.
 
-use crate::number::Number;
+use crate::number::{Number, clamp};
 use pulp::Simd;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -211,15 +211,17 @@ impl<S: Simd> Number for Wide<S> {
         }
     }
 
-    /// As the comparisons of the trait, for a number that is none, too: of two that are not ordered, or equal, a
-    /// vector's maximum and minimum are the second.
+    /// On x86 the larger and the lesser of two that are equal or not ordered is the second, as the comparisons have it,
+    /// in an instruction each; a single lane is no vector.
     #[inline(always)]
     fn clamp(self, least: Wide<S>, most: Wide<S>) -> Wide<S> {
+        if S::F64_LANES == 1 || !cfg!(target_arch = "x86_64") {
+            return clamp(self, least, most);
+        }
         let simd = self.simd;
-        let low = simd.max_f64s(least.lanes, self.lanes);
         Wide {
             simd,
-            lanes: simd.min_f64s(most.lanes, low),
+            lanes: simd.min_f64s(most.lanes, simd.max_f64s(least.lanes, self.lanes)),
         }
     }
 
@@ -255,6 +257,43 @@ mod tests {
             for part in 0..self.0.len() / S::F64_LANES {
                 Wide::get(simd, self.0, part).round().put(self.0, part);
             }
+        }
+    }
+
+    struct Clamps<'a>(&'a mut [f64], [f64; 2]);
+
+    impl WithSimd for Clamps<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            let [least, most] = self.1.map(|bound| Wide::all(simd, bound));
+            for part in 0..self.0.len() / S::F64_LANES {
+                let clamped = Wide::get(simd, self.0, part).clamp(least, most);
+                clamped.put(self.0, part);
+            }
+        }
+    }
+
+    #[test]
+    fn it_clamps_as_comparisons_do() {
+        let values: [f64; 8] = [
+            0.0,
+            -0.0,
+            f64::NAN,
+            -f64::NAN,
+            0.5,
+            -3.0,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ];
+        for bounds in [[-1.0, 1.0], [0.0, 0.0], [-0.0, 0.0], [0.0, -0.0]] {
+            let expected = values.map(|value| clamp(value, bounds[0], bounds[1]).to_bits());
+            let (mut wide, mut single) = (values, values);
+            Arch::new().dispatch(Clamps(&mut wide, bounds));
+            Clamps(&mut single, bounds).with_simd(pulp::Scalar::new());
+            assert_eq!(wide.map(f64::to_bits), expected, "{bounds:?}");
+            assert_eq!(single.map(f64::to_bits), expected, "{bounds:?}");
         }
     }
 

@@ -198,7 +198,7 @@ impl Trust {
     /// The part of a known gap that is used.
     #[inline(always)]
     pub(super) fn share(&self) -> f64 {
-        self.used(1.0)
+        self.own(1.0).min(self.allowed())
     }
 
     /// Takes the reference and the flank of a tick, and the least and the most that Coulomb friction
@@ -286,11 +286,6 @@ impl Trust {
         self.others = heeded.others.map(|others| others.clamp(0.0, 1.0));
         self.aside = !self.moves && heeded.aside;
     }
-
-    /// The part of a half gap that is used, in its unit.
-    pub(super) fn used(&self, half_gap: f64) -> f64 {
-        half_gap * self.own(half_gap).min(self.allowed())
-    }
 }
 
 #[cfg(test)]
@@ -316,7 +311,7 @@ mod tests {
             ([-0.001, 0.004], 0.0),
         ] {
             trust.step(&MOVING, 1, friction);
-            assert_eq!(trust.used(1.0), expected, "{friction:?}");
+            assert_eq!(trust.share(), expected, "{friction:?}");
         }
     }
 
@@ -341,7 +336,7 @@ mod tests {
         };
         ready.heed(heeded(second));
         learning.heed(heeded(first));
-        assert_eq!((ready.used(1.0), learning.used(1.0)), (0.0, 0.0));
+        assert_eq!((ready.share(), learning.share()), (0.0, 0.0));
         // an axis that stands, or whose load stays on one flank, does not hold the others back
         let rest = Reference::default();
         learning.step(&rest, -1, [-0.01, 0.05]);
@@ -362,7 +357,7 @@ mod tests {
             for _ in 0..(seconds / Clock::SERVO.period_s()) as usize {
                 trust.step(&Reference::default(), 1, friction);
             }
-            trust.used(1.0)
+            trust.share()
         };
         let heeded = |others| Heeded {
             allowed: 1.0,
@@ -389,7 +384,7 @@ mod tests {
         // it is not said to hold its load, and in motion it has to show so
         assert!(!trust.is_held());
         trust.step(&MOVING, 1, unknown);
-        assert_eq!(trust.used(1.0), 0.0);
+        assert_eq!(trust.share(), 0.0);
         assert_eq!(rest(&mut trust, 1.9, unknown), 0.0);
         assert_eq!(rest(&mut trust, 0.2, unknown), 1.0);
         // what the control allows bounds it
@@ -417,8 +412,8 @@ mod tests {
         };
         let rest = |trust: &mut Trust| {
             trust.step(&Reference::default(), 1, [0.01, 0.03]);
-            trust.places(trust.used(1.0) > 0.0);
-            trust.used(1.0)
+            trust.places(trust.share() > 0.0);
+            trust.share()
         };
         trust.heed(heeded(true, false));
         assert_eq!(rest(&mut trust), 0.0);
@@ -428,7 +423,7 @@ mod tests {
         assert!(trust.rests_long());
         trust.step(&MOVING, 1, [0.01, 0.03]);
         trust.places(false);
-        assert_eq!(trust.used(1.0), 0.0);
+        assert_eq!(trust.share(), 0.0);
         // what corrected in this rest as all of them may waits as they do
         trust.heed(heeded(false, false));
         assert_eq!(rest(&mut trust), 0.5);
