@@ -3,7 +3,7 @@
 use crate::compensator::{Heeded, MethodInfo};
 use crate::error::AxisError;
 use crate::learned::{Learned, Learning};
-use crate::plant::{Plant, PlantInput, PlantState};
+use crate::plant::{Known, Plant, PlantInput, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Correction, MotorSample, Reference, Setpoint};
 use crate::twin::Twinned;
@@ -141,9 +141,14 @@ pub trait AxisRunner: Send {
     fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
 
     /// What the compensator does at such a tick with what the drive has seen, up to where its own
-    /// model of the axis is stepped; nothing if it has none. For a batch that measures and sets the
-    /// command itself.
-    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>>;
+    /// model of the axis is stepped, and that step; nothing if it has none. For a batch that measures and
+    /// sets the command itself.
+    fn begin_compensation<'a>(
+        &'a mut self,
+        index: u32,
+        seen: &Seen,
+        step: &mut Option<TwinStep<'a>>,
+    );
 
     /// And what it answers to the tick that was begun, once its model is stepped.
     fn finish_compensation(&mut self) -> Correction;
@@ -248,6 +253,8 @@ pub struct CurrentLoop<'a> {
     pub(crate) drifting: bool,
     /// Whether the compensator never does anything.
     pub(crate) passive: bool,
+    /// What a step of the plant in its mode asks for, with the count of events at which it was that mode.
+    pub(crate) known: &'a mut Option<(u64, Known)>,
     /// References at the servo ticks of the setpoint taken last, and at the next one's first.
     pub(crate) references: &'a [Reference],
     pub(crate) units_per_motor_rad: f64,
@@ -263,7 +270,17 @@ impl CurrentLoop<'_> {
     #[inline(always)]
     pub fn period(&mut self, peak_current_a: &mut f64) {
         let voltages = self.servo.voltage(self.servo_state, self.plant_state);
-        self.plant.step(
+        // every change of the mode is an event
+        let events = self.plant_state.events;
+        let known = match self.known {
+            Some((since, known)) if *since == events => known,
+            _ => {
+                let known = self.plant.known(self.plant_state.mode);
+                &self.known.insert((events, known)).1
+            }
+        };
+        self.plant.step_knowing(
+            known,
             self.plant_state,
             &PlantInput {
                 load_torque: self.load_torque,

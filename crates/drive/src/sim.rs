@@ -4,7 +4,7 @@ use crate::compensator::{Compensator, Heeded, MethodInfo};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
 use crate::learned::{Learned, Learning};
-use crate::plant::{Drifting, Plant, PlantParams, PlantStart, PlantState};
+use crate::plant::{Drifting, Known, Plant, PlantParams, PlantStart, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
@@ -38,6 +38,8 @@ pub struct AxisSim<C: Compensator> {
     state: AxisState<C::State>,
     drifting: Option<Drifting>,
     setpoint: Taken,
+    /// What a step of the plant in its mode asks for, with the count of events at which it was that mode.
+    known: Option<(u64, Known)>,
 }
 
 /// What follows from the setpoint taken last.
@@ -49,8 +51,9 @@ struct Taken {
     load_torque: f64,
     /// Its block.
     block: Option<BlockMotion>,
-    /// What the compensator saw at the tick that a batch has begun.
-    signals: Option<Signals>,
+    /// What the compensator saw at the tick that a batch has begun, if it has.
+    signals: Signals,
+    begun: bool,
 }
 
 impl Taken {
@@ -74,6 +77,7 @@ impl<C: Compensator> Clone for AxisSim<C> {
             state: self.state.clone(),
             drifting: self.drifting.clone(),
             setpoint: self.setpoint.clone(),
+            known: None,
         };
         copy.make_room();
         copy
@@ -144,6 +148,7 @@ impl<C: Compensator> AxisSim<C> {
                 references: vec![Reference::default(); servo_ticks as usize + 1],
                 ..Taken::default()
             },
+            known: None,
         };
         axis.make_room();
         axis
@@ -164,6 +169,7 @@ impl<C: Compensator> AxisSim<C> {
     /// Goes on from a state kept earlier.
     pub fn restore(&mut self, state: AxisState<C::State>) {
         self.state = state;
+        self.known = None;
         self.make_room();
     }
 
@@ -184,7 +190,8 @@ impl<C: Compensator> AxisSim<C> {
         };
         let [direct, quadrature] = [state.plant.current_d, state.plant.current_q];
         out.current_squares += direct * direct + quadrature * quadrature;
-        let signals = model.signals(references, self.setpoint.block, &seen);
+        let mut signals = Signals::default();
+        model.show(&mut signals, references, self.setpoint.block, &seen);
         let correction = model.correct(&mut state.compensator, &signals);
         out.correction = correction.position + correction.feedback;
         // the sample shows the axis before this tick's command has any effect
@@ -228,6 +235,7 @@ impl<C: Compensator> AxisSim<C> {
             load_torque: self.setpoint.load_torque,
             drifting: self.drifting.is_some(),
             passive: C::PASSIVE,
+            known: &mut self.known,
             references: &self.setpoint.references,
             units_per_motor_rad: self.model.units_per_motor_rad,
         }
@@ -283,6 +291,8 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         // after the spline, which may refuse the setpoint
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
+            // another plant
+            self.known = None;
         }
         Ok(())
     }
@@ -309,25 +319,32 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.model.compensator.foreseen(&self.state.compensator)
     }
 
-    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
+    fn begin_compensation<'a>(
+        &'a mut self,
+        index: u32,
+        seen: &Seen,
+        step: &mut Option<TwinStep<'a>>,
+    ) {
         let references = self.setpoint.at(index, &self.state.spline);
-        let signals = self.model.signals(references, self.setpoint.block, seen);
-        let signals = self.setpoint.signals.insert(signals);
-        let twin = self
-            .model
+        let (model, block) = (&*self.model, self.setpoint.block);
+        let signals = &mut self.setpoint.signals;
+        model.show(signals, references, block, seen);
+        self.setpoint.begun = true;
+        *step = model
             .compensator
-            .begin(&mut self.state.compensator, signals)?;
-        Some(TwinStep {
-            twin,
-            reference: &signals.reference,
-            next: &signals.next_reference,
-        })
+            .begin(&mut self.state.compensator, signals)
+            .map(|twin| TwinStep {
+                twin,
+                reference: &signals.reference,
+                next: &signals.next_reference,
+            });
     }
 
     fn finish_compensation(&mut self) -> Correction {
-        let Some(signals) = &self.setpoint.signals else {
+        if !self.setpoint.begun {
             return Correction::NONE;
-        };
+        }
+        let signals = &self.setpoint.signals;
         usable(
             self.model
                 .compensator
@@ -382,29 +399,29 @@ struct Model<C> {
 }
 
 impl<C: Compensator> Model<C> {
-    /// What a compensator sees.
-    #[inline]
-    fn signals(
+    /// Shows a compensator what it sees. Written field by field to where it is read: a copy of all of it
+    /// in wider pieces than it was written in waits until that is in memory.
+    #[inline(always)]
+    fn show(
         &self,
+        signals: &mut Signals,
         [reference, next_reference]: [Reference; 2],
         block: Option<BlockMotion>,
         seen: &Seen,
-    ) -> Signals {
-        Signals {
-            block,
-            reference,
-            next_reference,
-            motor_position: seen.motor_position,
-            motor_velocity: seen.motor_velocity,
-            current: seen.current,
-            mean_current: seen.mean_current,
-            saturated: seen.saturated,
-            load_position: if self.has_scale {
-                Some(self.servo.read_scale(seen.load_position))
-            } else {
-                None
-            },
-        }
+    ) {
+        signals.block = block;
+        signals.reference = reference;
+        signals.next_reference = next_reference;
+        signals.motor_position = seen.motor_position;
+        signals.motor_velocity = seen.motor_velocity;
+        signals.current = seen.current;
+        signals.mean_current = seen.mean_current;
+        signals.saturated = seen.saturated;
+        signals.load_position = if self.has_scale {
+            Some(self.servo.read_scale(seen.load_position))
+        } else {
+            None
+        };
     }
 
     /// What the compensator answers; without its output if a drive could not act on that.

@@ -453,7 +453,12 @@ impl Crossing {
         // while the axis moves the means just follow, so that they start from the torque at the
         // stop
         for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_MEAN_TICKS) {
-            *mean += (torque - *mean) / if state.held_ticks == 0 { 1.0 } else { ticks };
+            let rise = torque - *mean;
+            *mean += if state.held_ticks == 0 {
+                rise
+            } else {
+                rise / ticks
+            };
         }
         let reference = &signals.reference;
         for (lagged, now) in state

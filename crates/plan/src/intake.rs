@@ -66,6 +66,11 @@ impl Intake {
         &mut self.machine
     }
 
+    /// How many threads find curves.
+    pub(crate) fn set_threads(&mut self, threads: usize) {
+        self.conditioner.set_threads(threads);
+    }
+
     /// How often a curve could not be found any further.
     pub(crate) fn curve_stops(&self) -> u64 {
         self.conditioner.curve_stops()

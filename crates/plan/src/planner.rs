@@ -116,6 +116,14 @@ impl Planner {
         self
     }
 
+    /// The same at work on so many threads of the pool in force ([`pool`](lostmotion_base::threads::pool)): the
+    /// samples do not depend on their number.
+    #[must_use]
+    pub fn on_threads(mut self, threads: usize) -> Planner {
+        self.intake.set_threads(threads);
+        self
+    }
+
     /// Takes the next item.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
-use super::twins::Twins;
+use super::twins::{TwinTick, Twins};
 use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner, Monitored, Seen};
 use crate::signal::{Correction, Setpoint};
@@ -96,8 +96,10 @@ impl Group {
                     continue;
                 };
                 // a refused setpoint takes its lane out for the rest of the push; the others go on
-                *result = axis.begin_setpoint(setpoint);
-                self.marks.running[lane] = result.is_ok();
+                match axis.begin_setpoint(setpoint) {
+                    Ok(()) => self.marks.running[lane] = true,
+                    refused => *result = refused,
+                }
             }
             self.take_up(&mut described, outputs);
             for index in 0..self.servo_ticks {
@@ -164,6 +166,7 @@ impl Group {
     fn servo_tick(&mut self, index: u32, outputs: &mut [&mut AxisOutput]) {
         let Group {
             axes,
+            servo_ticks,
             periods,
             lanes,
             twins,
@@ -190,9 +193,17 @@ impl Group {
                 .enumerate()
                 .filter(|(lane, _)| marks.asked[*lane])
             {
-                steps[lane] = axis.begin_compensation(index, &seen[lane]);
+                axis.begin_compensation(index, &seen[lane], &mut steps[lane]);
             }
-            twins.step(*arch, &mut steps, *periods);
+            let references = &lanes.loops.references;
+            let at = index as usize;
+            let tick = TwinTick {
+                // there is one row more than ticks
+                references: [&references[at], &references[at + 1]],
+                periods: *periods,
+                is_last: index + 1 == *servo_ticks,
+            };
+            twins.step(*arch, &mut steps, &tick);
             for (lane, axis) in axes
                 .iter_mut()
                 .enumerate()

@@ -4,7 +4,7 @@
 
 use super::lanes::{Lanes, PeriodNumbers, Row, WIDTH};
 use super::tick::parts;
-use super::vector::Part;
+use super::vector::{Part, Reach};
 use crate::plant::{
     exact_step, keeps_pushing, keeps_sliding, keeps_standing, shaft_torque, stays_within,
 };

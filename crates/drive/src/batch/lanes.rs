@@ -142,7 +142,7 @@ impl Lanes {
         put(&mut n.speed_margin, lane, plant.look.speed_margin);
         put(&mut n.holding, lane, plant.look.holding);
         n.torque_margin.0[lane] = plant.look.torque_margin;
-        for (rows, watch) in n.watches.iter_mut().zip(&plant.look.watches) {
+        for (rows, watch) in n.watches.iter_mut().zip(&plant.watches) {
             rows.put(watch, in_lane(lane));
         }
         // kept to see whether an event has left the mode that these numbers belong to

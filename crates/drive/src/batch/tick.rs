@@ -2,7 +2,7 @@
 //! on vectors.
 
 use super::lanes::{Lanes, WIDTH};
-use super::vector::Part;
+use super::vector::{Part, Reach};
 use crate::servo::{PlainDrive, VelocityInput, VelocityOutput, counted};
 use lostmotion_base::Number;
 use pulp::{Simd, WithSimd};

@@ -1,20 +1,21 @@
 //! The models that compensators have of their own axes (`twin`), stepped side by side: the laws of
 //! the twin on vectors.
 //!
-//! Each tick they are taken up from their compensators and given back, so these need not know that
-//! they have company. One whose voltage would be cut is left as it was and steps by itself.
+//! They stay in their lanes from tick to tick; their compensators are given what these look at (where
+//! motor and load are, and the torques), and everything at the end of a command cycle. One whose voltage would be
+//! cut is put back to where it was and steps by itself.
 
 use super::lanes::{Row, WIDTH, in_lane};
 use super::tick::parts;
-use super::vector::Part;
+use super::vector::{Pair, Part, Reach};
+use crate::number::numbers;
 use crate::runner::TwinStep;
 use crate::servo::{
     CurrentNumbers, CurrentOutput, CurrentPeriod, PlainDrive, TickNumbers, VelocityInput,
     VelocityOutput,
 };
-use crate::twin::{LoadModel, MotorNumbers, Rates, Twin, TwinMasses, TwinState};
+use crate::twin::{LoadModel, MotorNumbers, Rates, Twin, TwinMasses, TwinState, Twinned};
 use lostmotion_base::Number;
-use lostmotion_base::Wide;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers of drive and motor.
@@ -27,46 +28,89 @@ pub(super) struct TwinNumbers {
     period: Row,
 }
 
-/// What comes with a tick, and what a twin carries.
+numbers! {
+    /// What a twin carries from tick to tick, but its masses.
+    Carried {
+        /// Encoder position and position reference at the last tick.
+        seen,
+        last_position,
+        /// Integral of the velocity loop, its command and the two before.
+        integral,
+        command,
+        last_command,
+        command_before,
+        /// 1 where the voltage was cut in the last tick, else 0.
+        limited,
+        /// Integrals of the current loops, and voltages computed but not yet applied.
+        integral_d,
+        integral_q,
+        pending_d,
+        pending_q,
+        current_d,
+    }
+}
+
+numbers! {
+    /// What a tick holds over its periods, and what they leave.
+    Held {
+        electric_speed,
+        back_emf,
+        /// Sum of i_q.
+        sum,
+        /// Torque of the shaft on the load, and of the motor's friction, N m.
+        torque,
+        friction,
+        /// 1 where the current was at its limit, else 0.
+        saturated,
+        /// 1 where a voltage would be cut, else 0.
+        cut,
+    }
+}
+
+/// Where twins are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place<N> {
+    carried: Carried<N>,
+    masses: TwinMasses<N>,
+}
+
+/// What a tick takes, and what it leaves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TwinRows {
-    /// Position, velocity, next velocity.
-    pub(super) reference: [Row; 3],
-    pub(super) rates: Rates<Row>,
-    pub(super) seen: Row,
-    pub(super) last_position: Row,
-    pub(super) integral: Row,
-    pub(super) command: Row,
-    pub(super) limited: Row,
-    pub(super) electric_speed: Row,
-    pub(super) back_emf: Row,
-    pub(super) fast_integral: [Row; 2],
-    pub(super) pending: [Row; 2],
-    pub(super) sum: Row,
-    pub(super) current_d: Row,
-    pub(super) masses: TwinMasses<Row>,
-    pub(super) torque: Row,
-    pub(super) friction: Row,
-    pub(super) saturated: Row,
-    /// 1 where a voltage would be cut, else 0.
-    pub(super) cut: Row,
+    rates: Rates<Row>,
+    place: Place<Row>,
+    held: Held<Row>,
 }
 
 /// The twins of a group of axes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Twins {
-    pub(super) numbers: TwinNumbers,
-    pub(super) states: TwinRows,
+    numbers: TwinNumbers,
+    states: TwinRows,
+    /// Where they were before a tick in which a voltage would be cut.
+    before: Place<Row>,
     known: [bool; WIDTH],
     plain: [bool; WIDTH],
+    /// Whether a lane has its twin, whose compensator may be behind.
+    held: [bool; WIDTH],
     /// The load that a lane's rates are of.
     loads: [Option<LoadModel>; WIDTH],
 }
 
+/// A servo tick of a command cycle.
+pub(super) struct TwinTick<'a> {
+    /// Position and velocity references of all lanes at the tick, and at the next one.
+    pub(super) references: [&'a [Row; 2]; 2],
+    /// Periods of the current loop.
+    pub(super) periods: u32,
+    /// Whether it is the last of its command cycle.
+    pub(super) is_last: bool,
+}
+
 impl Twins {
-    /// The axis of a lane may be another one from now on.
+    /// The axis of a lane may be another one from now on, or elsewhere.
     pub(super) fn forget(&mut self, lane: usize) {
-        self.known[lane] = false;
+        (self.known[lane], self.held[lane]) = (false, false);
         self.loads[lane] = None;
     }
 
@@ -75,7 +119,7 @@ impl Twins {
         &mut self,
         arch: Arch,
         steps: &mut [Option<TwinStep<'_>>; WIDTH],
-        periods: u32,
+        tick: &TwinTick<'_>,
     ) {
         let mut taken = [false; WIDTH];
         for (lane, step) in steps.iter().enumerate() {
@@ -93,7 +137,10 @@ impl Twins {
                     let rates = step.twin.twin.rates(&load);
                     self.states.rates.put(&rates, in_lane(lane));
                 }
-                self.states.take(lane, step);
+                if !self.held[lane] {
+                    self.states.place.take(lane, step.twin.state);
+                    self.held[lane] = true;
+                }
                 taken[lane] = true;
             }
         }
@@ -101,20 +148,36 @@ impl Twins {
             arch.dispatch(Steps {
                 twins: self,
                 taken,
-                periods,
+                tick,
             });
         }
         for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step.take() else { continue };
-            // a cut voltage is not in the vector law: that twin has its old state and steps by
-            // itself
-            if taken[lane] && self.states.cut.0[lane] <= 0.0 {
-                self.states
-                    .give(lane, step.twin.state, step.reference.position);
-            } else {
+            if !taken[lane] {
                 step.run();
+            } else if self.states.held.cut.0[lane] > 0.0 {
+                self.by_itself(lane, step);
+            } else {
+                self.states.show(lane, step.twin.state);
+                if tick.is_last {
+                    self.states.give(lane, step.twin.state);
+                }
             }
         }
+    }
+
+    /// A cut voltage is not in the vector law: the twin goes back to where it was, and steps as a single one
+    /// does.
+    #[cold]
+    fn by_itself(&mut self, lane: usize, step: TwinStep<'_>) {
+        let state = step.twin.state;
+        self.before.put_back(lane, state);
+        let twin = Twinned {
+            state: &mut *state,
+            ..step.twin
+        };
+        TwinStep { twin, ..step }.run();
+        self.states.place.take(lane, state);
     }
 }
 
@@ -135,68 +198,65 @@ impl TwinNumbers {
     }
 }
 
-fn fill<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
-    for (row, value) in rows.iter_mut().zip(values) {
-        row.0[lane] = value;
-    }
-}
-
-impl TwinRows {
-    fn take(&mut self, lane: usize, step: &TwinStep<'_>) {
-        let state: &TwinState = step.twin.state;
-        fill(
-            &mut self.reference,
-            lane,
-            [
-                step.reference.position,
-                step.reference.velocity,
-                step.next.velocity,
-            ],
-        );
+impl Place<Row> {
+    /// Takes up a twin.
+    fn take(&mut self, lane: usize, state: &TwinState) {
         let (velocity, current, plant) =
             (&state.servo.velocity, &state.servo.current, &state.plant);
-        self.seen.0[lane] = velocity.position;
-        self.last_position.0[lane] = velocity.reference;
-        self.integral.0[lane] = velocity.integral;
-        self.command.0[lane] = velocity.current_command;
-        self.limited.0[lane] = f64::from(u8::from(current.limited));
-        fill(
-            &mut self.fast_integral,
-            lane,
-            [current.integral_d, current.integral_q],
-        );
-        fill(&mut self.pending, lane, current.pending);
-        // of this servo period alone, as in `Twin::step`
-        self.sum.0[lane] = 0.0;
-        self.current_d.0[lane] = plant.current_d;
+        let carried = Carried {
+            seen: velocity.position,
+            last_position: velocity.reference,
+            integral: velocity.integral,
+            command: velocity.current_command,
+            last_command: velocity.earlier_commands[0],
+            command_before: velocity.earlier_commands[1],
+            limited: f64::from(u8::from(current.limited)),
+            integral_d: current.integral_d,
+            integral_q: current.integral_q,
+            pending_d: current.pending[0],
+            pending_q: current.pending[1],
+            current_d: plant.current_d,
+        };
+        self.carried.put(&carried, in_lane(lane));
         self.masses.put(&plant.masses(), in_lane(lane));
-        // raised by any period of the tick whose voltage would be cut
-        self.cut.0[lane] = 0.0;
     }
 
-    fn give(&self, lane: usize, state: &mut TwinState, reference: f64) {
+    /// Puts a twin there, with all that its next step asks for.
+    fn put_back(&self, lane: usize, state: &mut TwinState) {
         let (velocity, current, plant) = (
             &mut state.servo.velocity,
             &mut state.servo.current,
             &mut state.plant,
         );
-        velocity.position = self.seen.0[lane];
-        velocity.reference = reference;
-        velocity.integral = self.integral.0[lane];
-        // the newest command moves the others back, as in `VelocityState::command`
-        velocity.earlier_commands = [velocity.current_command, velocity.earlier_commands[0]];
-        velocity.current_command = self.command.0[lane];
-        // twins whose voltage would have been cut do not come here
-        current.limited = false;
-        current.electric_speed = self.electric_speed.0[lane];
-        current.back_emf = self.back_emf.0[lane];
-        (current.integral_d, current.integral_q) =
-            (self.fast_integral[0].0[lane], self.fast_integral[1].0[lane]);
-        current.pending = [self.pending[0].0[lane], self.pending[1].0[lane]];
-        current.sum = self.sum.0[lane];
+        let carried = self.carried.map(|row| row.0[lane]);
+        velocity.position = carried.seen;
+        velocity.reference = carried.last_position;
+        velocity.integral = carried.integral;
+        velocity.earlier_commands = [carried.last_command, carried.command_before];
+        velocity.current_command = carried.command;
+        current.limited = carried.limited > 0.0;
+        (current.integral_d, current.integral_q) = (carried.integral_d, carried.integral_q);
+        current.pending = [carried.pending_d, carried.pending_q];
         plant.take(&self.masses.map(|row| row.0[lane]));
-        state.servo.saturated = self.saturated.0[lane] > 0.0;
-        (state.torque, state.motor_friction) = (self.torque.0[lane], self.friction.0[lane]);
+    }
+}
+
+impl TwinRows {
+    /// Shows a compensator what it looks at.
+    fn show(&self, lane: usize, state: &mut TwinState) {
+        state.plant.take(&self.place.masses.map(|row| row.0[lane]));
+        let held = &self.held;
+        (state.torque, state.motor_friction) = (held.torque.0[lane], held.friction.0[lane]);
+    }
+
+    /// Gives a compensator its twin.
+    fn give(&self, lane: usize, state: &mut TwinState) {
+        self.place.put_back(lane, state);
+        let (current, held) = (&mut state.servo.current, self.held.map(|row| row.0[lane]));
+        current.electric_speed = held.electric_speed;
+        current.back_emf = held.back_emf;
+        current.sum = held.sum;
+        state.servo.saturated = held.saturated > 0.0;
     }
 }
 
@@ -206,7 +266,7 @@ impl TwinRows {
 pub(super) struct Steps<'a> {
     pub(super) twins: &'a mut Twins,
     pub(super) taken: [bool; WIDTH],
-    pub(super) periods: u32,
+    pub(super) tick: &'a TwinTick<'a>,
 }
 
 impl WithSimd for Steps<'_> {
@@ -215,92 +275,147 @@ impl WithSimd for Steps<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Twins {
-            numbers, states, ..
+            numbers,
+            states,
+            before,
+            ..
         } = self.twins;
-        for part in 0..parts::<S>(&self.taken) {
-            let vector = Part { simd, part };
-            vector.drive(numbers, states);
-            for _ in 0..self.periods {
-                vector.advance(numbers, states);
+        let (parts, tick) = (parts::<S>(&self.taken), self.tick);
+        // two vectors at a time, step by step, so that the processor has another one to go on with while one
+        // waits for its own results
+        for part in (0..parts).step_by(2) {
+            let first = Part { simd, part };
+            if part + 1 < parts {
+                tick.take(Pair(first), numbers, states, before);
+            } else {
+                tick.take(first, numbers, states, before);
             }
         }
     }
 }
 
-impl<S: Simd> Part<S> {
-    /// Measuring, position and velocity loop.
+impl TwinTick<'_> {
+    /// Takes it for the twins of some lanes.
     #[inline(always)]
-    fn drive(self, n: &TwinNumbers, x: &mut TwinRows) {
-        let (zero, numbers) = (self.all(0.0), n.tick.map(|row| self.get(row)));
-        // a twin's encoder is ideal: load and lead of the motor, not rounded
-        let seen = self.get(&x.masses.place) + self.get(&x.masses.lead);
-        let measured = numbers.speed(seen, self.get(&x.seen));
-        let [position, velocity, next_velocity] = &x.reference;
-        // without a correction: the twin shows what the axis would do if it had no gap
-        let input = VelocityInput {
-            position: self.get(position),
-            velocity: self.get(velocity),
-            next_velocity: self.get(next_velocity),
-            last_position: self.get(&x.last_position),
-            measured_position: seen,
-            measured_velocity: measured,
-            correction: [zero; 4],
-            integral: self.get(&x.integral),
-            voltage_limited: zero.less(self.get(&x.limited)),
+    fn take<R: Reach>(
+        &self,
+        lanes: R,
+        numbers: &TwinNumbers,
+        states: &mut TwinRows,
+        before: &mut Place<Row>,
+    ) {
+        let mut place = Place {
+            carried: states.place.carried.map(|row| lanes.get(row)),
+            masses: states.place.masses.map(|row| lanes.get(row)),
         };
-        let VelocityOutput {
-            command,
-            within_limit,
-            integral,
-        } = numbers.command(&input, &mut PlainDrive);
-        self.put(&mut x.seen, seen);
-        self.put(&mut x.integral, integral);
-        self.put(&mut x.command, command);
-        self.put(&mut x.saturated, zero.unless(within_limit));
-        // held over the periods that follow
-        self.put(&mut x.electric_speed, numbers.pole_pairs * measured);
-        self.put(&mut x.back_emf, numbers.back_emf * measured);
-    }
-
-    /// A period of the current loop, and motor, shaft and load.
-    #[inline(always)]
-    fn advance(self, n: &TwinNumbers, x: &mut TwinRows) {
-        let masses = x.masses.map(|row| self.get(row));
-        let current_loop = n.current_loop.map(|row| self.get(row));
-        // the current loops, d and q, with the coupling of this tick's speed
-        let period = CurrentPeriod {
-            command: self.get(&x.command),
-            cross: self.get(&x.electric_speed) * current_loop.inductance,
-            back_emf: self.get(&x.back_emf),
-            current: [self.get(&x.current_d), masses.current],
-            integral: [self.get(&x.fast_integral[0]), self.get(&x.fast_integral[1])],
-            pending: [self.get(&x.pending[0]), self.get(&x.pending[1])],
-        };
-        let free = current_loop.free_voltage(&period);
-        let limited = current_loop.exceeds_limit(free);
-        let CurrentOutput {
-            voltage: [_, voltage],
-            integral,
-        } = current_loop.output(&period, free, free);
-        // the law here has no cut: a lane past the limit is marked and later stepped by itself from
-        // its old state
-        let cut = Wide::choose(limited, self.all(1.0), self.get(&x.cut));
-        let sum = self.get(&x.sum) + masses.current;
-        // motor, shaft and load under the voltage that acts in this period
-        let (next, torques) = n.motor.map(|row| self.get(row)).advance(
-            &x.rates.map(|row| self.get(row)),
-            &masses,
-            self.get(&n.period),
-            voltage,
-        );
-        self.put(&mut x.cut, cut);
-        self.put(&mut x.sum, sum);
-        for which in 0..2 {
-            self.put(&mut x.fast_integral[which], integral[which]);
-            self.put(&mut x.pending[which], free[which]);
+        let mut held = drive(lanes, numbers, &mut place, self.references);
+        for _ in 0..self.periods {
+            advance(lanes, numbers, &states.rates, &mut place, &mut held);
         }
-        x.masses.put(&next, |row, value| self.put(row, *value));
-        self.put(&mut x.torque, torques.shaft);
-        self.put(&mut x.friction, torques.motor_friction);
+        // where a voltage would be cut its twin goes back to where it was
+        if !R::Value::none(lanes.all(0.0).less(held.cut)) {
+            let copy = |to: &mut Row, from: &Row| lanes.put(to, lanes.get(from));
+            before.carried.put(&states.place.carried, copy);
+            before.masses.put(&states.place.masses, copy);
+        }
+        let put = |row: &mut Row, value: &R::Value| lanes.put(row, *value);
+        states.place.carried.put(&place.carried, put);
+        states.place.masses.put(&place.masses, put);
+        states.held.put(&held, put);
     }
+}
+
+/// Measuring, position and velocity loop.
+#[inline(always)]
+fn drive<R: Reach>(
+    lanes: R,
+    n: &TwinNumbers,
+    place: &mut Place<R::Value>,
+    references: [&[Row; 2]; 2],
+) -> Held<R::Value> {
+    let (zero, numbers) = (lanes.all(0.0), n.tick.map(|row| lanes.get(row)));
+    let (masses, carried) = (&place.masses, &mut place.carried);
+    // a twin's encoder is ideal: load and lead of the motor, not rounded
+    let seen = masses.place + masses.lead;
+    let measured = numbers.speed(seen, carried.seen);
+    let [[position, velocity], [_, next_velocity]] = references;
+    let position = lanes.get(position);
+    // without a correction: the twin shows what the axis would do if it had no gap
+    let input = VelocityInput {
+        position,
+        velocity: lanes.get(velocity),
+        next_velocity: lanes.get(next_velocity),
+        last_position: carried.last_position,
+        measured_position: seen,
+        measured_velocity: measured,
+        correction: [zero; 4],
+        integral: carried.integral,
+        voltage_limited: zero.less(carried.limited),
+    };
+    let VelocityOutput {
+        command,
+        within_limit,
+        integral,
+    } = numbers.command(&input, &mut PlainDrive);
+    carried.seen = seen;
+    carried.last_position = position;
+    carried.integral = integral;
+    carried.command_before = carried.last_command;
+    carried.last_command = carried.command;
+    carried.command = command;
+    // the mean current is of this servo period alone, and so is a cut voltage
+    carried.limited = zero;
+    Held {
+        // held over the periods that follow
+        electric_speed: numbers.pole_pairs * measured,
+        back_emf: numbers.back_emf * measured,
+        sum: zero,
+        torque: zero,
+        friction: zero,
+        saturated: zero.unless(within_limit),
+        cut: zero,
+    }
+}
+
+/// A period of the current loop, and motor, shaft and load.
+#[inline(always)]
+fn advance<R: Reach>(
+    lanes: R,
+    n: &TwinNumbers,
+    rates: &Rates<Row>,
+    place: &mut Place<R::Value>,
+    held: &mut Held<R::Value>,
+) {
+    let (masses, carried) = (&mut place.masses, &mut place.carried);
+    let current_loop = n.current_loop.map(|row| lanes.get(row));
+    // the current loops, d and q, with the coupling of this tick's speed
+    let period = CurrentPeriod {
+        command: carried.command,
+        cross: held.electric_speed * current_loop.inductance,
+        back_emf: held.back_emf,
+        current: [carried.current_d, masses.current],
+        integral: [carried.integral_d, carried.integral_q],
+        pending: [carried.pending_d, carried.pending_q],
+    };
+    let free = current_loop.free_voltage(&period);
+    let limited = current_loop.exceeds_limit(free);
+    let CurrentOutput {
+        voltage: [_, voltage],
+        integral,
+    } = current_loop.output(&period, free, free);
+    // the law here has no cut: a lane past the limit is marked and later stepped by itself from
+    // its old state
+    held.cut = R::Value::choose(limited, lanes.all(1.0), held.cut);
+    held.sum = held.sum + masses.current;
+    // motor, shaft and load under the voltage that acts in this period
+    let (next, torques) = n.motor.map(|row| lanes.get(row)).advance(
+        &rates.map(|row| lanes.get(row)),
+        masses,
+        lanes.get(&n.period),
+        voltage,
+    );
+    (carried.integral_d, carried.integral_q) = (integral[0], integral[1]);
+    (carried.pending_d, carried.pending_q) = (free[0], free[1]);
+    *masses = next;
+    (held.torque, held.friction) = (torques.shaft, torques.motor_friction);
 }

@@ -270,17 +270,10 @@ impl StepTable {
         (self.columns, self.travel)
     }
 
-    /// States after the period, and how far the load went.
+    /// States after the period under the frictions of motor and load, and how far the load went.
     #[inline]
-    pub(super) fn step(
-        &self,
-        params: &PlantParams,
-        mode: Mode,
-        x: &Vector,
-        held: &Held,
-    ) -> (Vector, f64) {
-        let motor = params.sliding_torque(Mass::Motor, mode.motor);
-        let load = params.sliding_torque(Mass::Load, mode.load) + held.load_torque;
+    pub(super) fn step(&self, [motor, load]: [f64; 2], x: &Vector, held: &Held) -> (Vector, f64) {
+        let load = load + held.load_torque;
         let inputs = [x[0], x[1], x[2], x[3], held.voltage, motor, load];
         exact_step(
             |column, row| self.columns[column][row],

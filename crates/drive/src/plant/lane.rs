@@ -1,16 +1,83 @@
-//! The plant's fast step as plain numbers: what a batch needs to take it for several axes at once.
+//! The plant's fast step as plain numbers: those of a mode, which many steps share, and all that a
+//! batch needs to take it for several axes at once.
 //!
 //! A lane holds the numbers of one plant in one mode. [`crate::batch`] applies the laws of
 //! [`super::Plant::step`] to them up to and including the look for events; where that look finds
 //! that something may happen, the plant itself steps.
 
 use super::Plant;
-use super::dynamics::Electric;
+use super::dynamics::{Electric, LOAD, MOTOR, Vector, shaft_torque};
 use super::mode::{Contact, Friction, Mass, Mode};
-use super::quiet::Watch;
+use super::quiet::{Watch, keeps_pushing, keeps_sliding, keeps_standing, stays_within};
 use crate::config::ContactLaw;
 
-/// Numbers of a plant in a mode.
+/// What a step of a plant in a mode asks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub(crate) mode: Mode,
+    /// The table of its step.
+    pub(super) matrix: usize,
+    /// Gap angle at which the penetration is zero.
+    pub(super) offset: f64,
+    /// Coulomb friction of motor and load against their sliding, N m.
+    pub(super) friction: [f64; 2],
+    /// Stiffness and damping of the shaft.
+    shaft: (f64, f64),
+    torque_constant: f64,
+    look: Look,
+    /// Whether a contact may not pull, and whether a mass stands.
+    pushes: bool,
+    stands: bool,
+}
+
+impl Known {
+    /// Whether the contact stays what it is over a step between two ends, by the cubic of the penetration
+    /// and by spring and damper.
+    #[inline(always)]
+    pub(super) fn keeps_contact(&self, before: &Vector, after: &Vector) -> bool {
+        let Look {
+            range,
+            third,
+            push: [stiffness, damping],
+            push_margin,
+            ..
+        } = self.look;
+        stays_within(range, third, before, after)
+            && (!self.pushes || keeps_pushing(stiffness, damping, push_margin, before, after))
+    }
+
+    /// Whether frictions stay what they are, by how much speeds and torques change; `load_torque` is held
+    /// against the load, N m.
+    #[inline(always)]
+    pub(super) fn keeps_frictions(
+        &self,
+        before: &Vector,
+        after: &Vector,
+        load_torque: f64,
+    ) -> bool {
+        let look = &self.look;
+        let slides = |mass: usize, speed: [f64; 2]| {
+            keeps_sliding(look.sliding[mass], look.speed_margin[mass], speed)
+        };
+        slides(0, [before[MOTOR], after[MOTOR]])
+            && slides(1, [before[LOAD], after[LOAD]])
+            && (!self.stands || self.keeps_standing([before, after], load_torque))
+    }
+
+    /// Torque that friction has to balance: at the motor the current's less the shaft's, at the load the
+    /// shaft's less what is held against it.
+    fn keeps_standing(&self, ends: [&Vector; 2], load_torque: f64) -> bool {
+        let look = &self.look;
+        let stands = |mass: usize, [before, after]: [f64; 2]| {
+            keeps_standing(look.holding[mass], look.torque_margin, before, after)
+        };
+        let motor = |x: &Vector| self.torque_constant * x[0] - shaft_torque(self.shaft, x);
+        let load = |x: &Vector| shaft_torque(self.shaft, x) - load_torque;
+        stands(0, ends.map(motor)) && stands(1, ends.map(load))
+    }
+}
+
+/// Numbers of a plant in a mode, for a batch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane {
     pub(crate) mode: Mode,
@@ -28,6 +95,8 @@ pub(crate) struct Lane {
     /// Stiffness and damping of the shaft in this mode.
     pub(crate) shaft: [f64; 2],
     pub(crate) look: Look,
+    /// What the frictions of motor and load are judged by where that does not suffice.
+    pub(crate) watches: [Watch<f64>; 2],
 }
 
 /// Bounds of the look for events; infinite where a mode has no such event.
@@ -48,36 +117,51 @@ pub(crate) struct Look {
     /// Friction that holds motor and load.
     pub(crate) holding: [f64; 2],
     pub(crate) torque_margin: f64,
-    /// What the frictions of motor and load are judged by where that does not suffice.
-    pub(crate) watches: [Watch<f64>; 2],
 }
 
 impl Plant {
-    /// The numbers of a mode; `None` where a step of this plant is not the product with a table. In
-    /// a mode whose look for events is a different one the range of the penetration is empty, so
-    /// that something may happen at every step.
-    pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
-        let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
-        // steps of a plant that is not linear are series
-        if self.curved {
-            return None;
-        }
-        let (columns, travel) = table.numbers();
-        let (stiffness, damping) = params.shaft(mode.contact.coupling());
-        Some(Lane {
+    /// What a step in a mode asks for.
+    pub(crate) fn known(&self, mode: Mode) -> Known {
+        let (params, look) = (&self.params, self.look(mode));
+        Known {
             mode,
-            columns,
-            travel,
-            electric: self.electric,
-            torque_constant: params.torque_constant_nm_per_a,
-            load_constant: params.load_constant_nm,
+            matrix: mode.matrix(),
             offset: params.flank(mode.contact.sign()),
             friction: [
                 params.sliding_torque(Mass::Motor, mode.motor),
                 params.sliding_torque(Mass::Load, mode.load),
             ],
+            shaft: params.shaft(mode.contact.coupling()),
+            torque_constant: params.torque_constant_nm_per_a,
+            pushes: look.push_margin > f64::NEG_INFINITY,
+            stands: mode.motor.stuck() || mode.load.stuck(),
+            look,
+        }
+    }
+
+    /// The numbers of a mode for a batch; `None` where a step of this plant is not the product with a table. In
+    /// a mode whose look for events is a different one the range of the penetration is empty, so
+    /// that something may happen at every step.
+    pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
+        // steps of a plant that is not linear are series
+        if self.curved {
+            return None;
+        }
+        let (params, known) = (&self.params, self.known(mode));
+        let (columns, travel) = self.tables.get(known.matrix)?.numbers();
+        let (stiffness, damping) = known.shaft;
+        Some(Lane {
+            mode,
+            columns,
+            travel,
+            electric: self.electric,
+            torque_constant: known.torque_constant,
+            load_constant: params.load_constant_nm,
+            offset: known.offset,
+            friction: known.friction,
             shaft: [stiffness, damping],
-            look: self.look(mode),
+            look: known.look,
+            watches: [Mass::Motor, Mass::Load].map(|mass| self.margins.watch(params, mode, mass)),
         })
     }
 
@@ -130,7 +214,6 @@ impl Plant {
             speed_margin: [speed_margin(Mass::Motor), speed_margin(Mass::Load)],
             holding: [holding(Mass::Motor), holding(Mass::Load)],
             torque_margin: margins.torque(),
-            watches: [Mass::Motor, Mass::Load].map(|mass| margins.watch(params, mode, mass)),
         }
     }
 }

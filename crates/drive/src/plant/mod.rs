@@ -27,7 +27,7 @@ mod state;
 pub use drifting::DRIFT_MS;
 pub(crate) use drifting::Drifting;
 pub(crate) use dynamics::{Electric, exact_step, shaft_torque};
-pub(crate) use lane::Lane;
+pub(crate) use lane::{Known, Lane};
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::{Bell, Bristles, Curved, FrictionShape, LoadScale, PlantParams, Wave, Waves};
 pub(crate) use quiet::{Watch, keeps_pushing, keeps_sliding, keeps_standing, stays_within};
@@ -113,8 +113,13 @@ impl Plant {
     }
 
     /// One period of the current loop.
-    #[inline]
     pub fn step(&self, state: &mut PlantState, input: &PlantInput) {
+        self.step_knowing(&self.known(state.mode), state, input);
+    }
+
+    /// The same with what a step in the state's mode asks for: the mode stays what it is over many.
+    #[inline(always)]
+    pub(crate) fn step_knowing(&self, known: &Known, state: &mut PlantState, input: &PlantInput) {
         // the electric side that is bilinear: coupling held at the start of the period, i_d by its
         // own step
         let (voltage, next_d) = self.electric.step(
@@ -132,17 +137,24 @@ impl Plant {
             return;
         }
         // the step as if nothing happened in it, and a look whether that can have been so
-        let before = state.vector(&self.params);
-        let (after, travel) =
-            self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
-        if self
-            .margins
-            .quiet(&self.params, state.mode, &held, &before, &after)
-        {
-            state.store(&self.params, &after, travel);
+        let before = state.vector(known.offset);
+        let (after, travel) = self.tables[known.matrix].step(known.friction, &before, &held);
+        // the cubics cost more than they save where the ends of the step tell
+        let quiet = known.keeps_contact(&before, &after)
+            && (known.keeps_frictions(&before, &after, held.load_torque)
+                || self
+                    .margins
+                    .near(&self.params, known.mode, &held, &before, &after));
+        if quiet {
+            state.store(known.offset, &after, travel);
         } else {
             self.careful_step(state, &held, &after, travel);
         }
+    }
+
+    /// Gap angle at which the penetration of a mode is zero.
+    fn offset(&self, mode: Mode) -> f64 {
+        self.params.flank(mode.contact.sign())
     }
 
     /// A step in which something may happen. `after` and `travel` are right if nothing does.
@@ -159,7 +171,7 @@ impl Plant {
             while let Some((span, event)) =
                 self.advance(state, held, left, vanishing, events < MAX_EVENTS)
             {
-                let (mut x, before) = (state.vector(&self.params), state.mode);
+                let (mut x, before) = (state.vector(self.offset(state.mode)), state.mode);
                 let (mode, next) =
                     self.params
                         .switch(event, state.mode, &mut x, |mass, x| match mass {
@@ -167,7 +179,7 @@ impl Plant {
                             Mass::Load => self.params.load_need(before, x, held),
                         });
                 state.mode = mode;
-                state.store(&self.params, &x, 0.0);
+                state.store(self.offset(state.mode), &x, 0.0);
                 state.events += 1;
                 events += 1;
                 vanishing = next;
@@ -179,7 +191,7 @@ impl Plant {
         // nothing happened after all: the matrix product has the bits of the quick step
         if events == 0 {
             *state = start;
-            state.store(&self.params, after, travel);
+            state.store(self.offset(state.mode), after, travel);
         }
     }
 
@@ -193,7 +205,7 @@ impl Plant {
         vanishing: Vanishing,
         look: bool,
     ) -> Option<(f64, Event)> {
-        let x = state.vector(&self.params);
+        let x = state.vector(self.offset(state.mode));
         // the exact solution over the rest of the piece, and every guard a polynomial on it
         let taylor = Taylor::new(&self.params, state.mode, &x, held, left);
         let first = if look {
@@ -203,7 +215,7 @@ impl Plant {
         };
         let tau = first.map_or(1.0, |(tau, _)| tau);
         let (next, travel) = taylor.at(tau, left);
-        state.store(&self.params, &next, travel);
+        state.store(self.offset(state.mode), &next, travel);
         first.map(|(tau, event)| (tau * left, event))
     }
 

@@ -7,9 +7,8 @@
 
 use super::dynamics::{Held, LOAD, MOTOR, PENETRATION, Vector};
 use super::guard::Guards;
-use super::mode::{Contact, Friction, Mass, Mode};
+use super::mode::{Mass, Mode};
 use super::params::PlantParams;
-use crate::config::ContactLaw;
 use lostmotion_base::Number;
 
 /// Largest rate of a plant times its period with which the cubic is looked at. A choice: a vibration of
@@ -26,8 +25,6 @@ pub(super) struct Margins {
     /// How far a speed and a torque can be off the cubic through both ends; infinite where it is not
     /// looked at.
     off_cubic: [f64; 2],
-    /// Speeds at which motor and load begin to creep.
-    slow: [f64; 2],
     torque: f64,
     third: f64,
 }
@@ -44,10 +41,6 @@ impl Margins {
         // second derivatives: of a speed the jerk, at most `rate` times the acceleration; of the
         // shaft's torque k times the acceleration and d times the jerk
         let damping = params.damping_nm_s_per_rad * rate;
-        let slow = [
-            params.motor_friction.slow_rad_s(),
-            params.load_friction.slow_rad_s(),
-        ];
         // a cubic is off by at most h^4/384 of the fourth derivative: twice `rate` more
         let per_step = rate * params.period_s;
         let off = if per_step <= LARGEST_CUBIC_RATE {
@@ -57,7 +50,6 @@ impl Margins {
         };
         let torque = dip * (params.stiffness_nm_per_rad + damping);
         Margins {
-            slow,
             off_cubic: [dip * rate * off, torque * off],
             speed: dip * rate,
             torque,
@@ -80,26 +72,10 @@ impl Margins {
         self.third
     }
 
-    /// Whether no guard of the mode can have become negative between two ends of a step.
-    #[inline]
-    pub(super) fn quiet(
-        &self,
-        params: &PlantParams,
-        mode: Mode,
-        held: &Held,
-        before: &Vector,
-        after: &Vector,
-    ) -> bool {
-        // the cubics cost more than they save where the ends of the step tell
-        self.contact(params, mode, before, after)
-            && (self.frictions(params, mode, held, before, after)
-                || self.near(params, mode, held, before, after))
-    }
-
     /// Whether frictions stay what they are, by the cubics of speeds and torques.
     #[cold]
     #[inline(never)]
-    fn near(
+    pub(super) fn near(
         &self,
         params: &PlantParams,
         mode: Mode,
@@ -154,100 +130,6 @@ impl Margins {
                     .next()
                     .map_or(f64::INFINITY, |high| high.offset - off),
             ],
-        }
-    }
-
-    /// Whether frictions stay what they are, by how much speeds and torques change; torques are computed only
-    /// for a mass that stands.
-    #[inline(always)]
-    fn frictions(
-        &self,
-        params: &PlantParams,
-        mode: Mode,
-        held: &Held,
-        before: &Vector,
-        after: &Vector,
-    ) -> bool {
-        self.friction(
-            params,
-            Mass::Motor,
-            mode.motor,
-            [before[MOTOR], after[MOTOR]],
-            || {
-                (
-                    params.motor_need(mode, before),
-                    params.motor_need(mode, after),
-                )
-            },
-        ) && self.friction(
-            params,
-            Mass::Load,
-            mode.load,
-            [before[LOAD], after[LOAD]],
-            || {
-                (
-                    params.load_need(mode, before, held),
-                    params.load_need(mode, after, held),
-                )
-            },
-        )
-    }
-
-    #[inline(always)]
-    fn contact(&self, params: &PlantParams, mode: Mode, before: &Vector, after: &Vector) -> bool {
-        let within = |range| stays_within(range, self.third, before, after);
-        match mode.contact {
-            Contact::Rigid => true,
-            Contact::Gap => within([-params.half_gap_rad, params.half_gap_rad]),
-            Contact::Spring(side) => {
-                let s = side.sign();
-                let flank = if s > 0.0 {
-                    [0.0, f64::INFINITY]
-                } else {
-                    [f64::NEG_INFINITY, 0.0]
-                };
-                within(flank)
-                    && (params.contact == ContactLaw::Linear
-                        || keeps_pushing(
-                            params.stiffness_nm_per_rad * s,
-                            params.damping_nm_s_per_rad,
-                            self.torque,
-                            before,
-                            after,
-                        ))
-            }
-            // no cheap look for these: always searched in earnest
-            Contact::Doubled(_) | Contact::Lifted(_) => false,
-        }
-    }
-
-    #[inline(always)]
-    fn friction(
-        &self,
-        params: &PlantParams,
-        mass: Mass,
-        state: Friction,
-        speed: [f64; 2],
-        need: impl FnOnce() -> (f64, f64),
-    ) -> bool {
-        let [before, after] = speed;
-        match state {
-            Friction::None => true,
-            Friction::Sliding(side) => {
-                keeps_sliding(side.sign(), self.speed + self.slow[mass as usize], speed)
-            }
-            // between rest and the speed at which creeping ends
-            Friction::Creeping(side) => {
-                let (s, spare) = (side.sign(), (after - before).abs() + self.speed);
-                keeps_sliding(s, self.speed, speed)
-                    && (s * before).max(s * after) + spare < params.friction(mass).speed_rad_s
-            }
-            // a plant with bristles takes its steps as series
-            Friction::Bristles(_) => false,
-            Friction::Stuck => {
-                let (before, after) = need();
-                keeps_standing(params.breakaway(mass), self.torque, before, after)
-            }
         }
     }
 }
@@ -373,15 +255,17 @@ pub(crate) fn keeps_standing<N: Number>(limit: N, margin: N, before: N, after: N
 
 #[cfg(test)]
 mod tests {
-    use super::super::dynamics::{CURRENT, StepTable, Taylor};
+    use super::super::Plant;
+    use super::super::dynamics::{CURRENT, Taylor};
     use super::super::guard::Guard;
-    use super::super::mode::Side;
+    use super::super::mode::{Contact, Friction, Side};
     use super::super::params::{Curved, FrictionShape};
     use super::*;
+    use crate::config::ContactLaw;
     use lostmotion_base::random::Random;
 
     /// A plant of which everything is drawn.
-    fn plant(random: &mut Random) -> PlantParams {
+    fn drawn_params(random: &mut Random) -> PlantParams {
         let friction = |random: &mut Random| FrictionShape {
             static_factor: [1.0, random.between(1.05, 2.0)][random.below(2)],
             speed_rad_s: random.log_between(0.01, 1.0),
@@ -445,13 +329,13 @@ mod tests {
         let mut random = Random::new(118_119);
         let (mut quiet, mut searched, mut in_vain) = (0, 0, [0; 2]);
         for _ in 0..400 {
-            let params = plant(&mut random);
+            let params = drawn_params(&mut random);
             let margins = Margins::new(&params);
             if params.rate() * params.period_s > LARGEST_CUBIC_RATE {
                 assert_eq!(margins.off_cubic, [f64::INFINITY; 2]);
                 continue;
             }
-            let tables = StepTable::all(&params);
+            let plant = Plant::new(&params);
             for _ in 0..200 {
                 let friction = |mass: Mass, random: &mut Random| {
                     let side = [Side::Negative, Side::Positive][random.below(2)];
@@ -467,7 +351,14 @@ mod tests {
                     load: friction(Mass::Load, &mut random),
                 };
                 let (x, held) = drawn(&params, mode, &mut random);
-                let (after, _) = tables[mode.matrix()].step(&params, mode, &x, &held);
+                let (after, _) = plant.tables[mode.matrix()].step(
+                    [
+                        params.sliding_torque(Mass::Motor, mode.motor),
+                        params.sliding_torque(Mass::Load, mode.load),
+                    ],
+                    &x,
+                    &held,
+                );
                 let taylor = Taylor::new(&params, mode, &x, &held, params.period_s);
                 let masses = [Mass::Motor, Mass::Load];
                 let guards = masses.map(|mass| Guards::of_mass(&params, mode, mass, &held));
@@ -483,7 +374,9 @@ mod tests {
                     })
                     .fold(f64::INFINITY, f64::min);
                 let near = margins.near(&params, mode, &held, &x, &after);
-                let cheap = margins.frictions(&params, mode, &held, &x, &after);
+                let cheap = plant
+                    .known(mode)
+                    .keeps_frictions(&x, &after, held.load_torque);
                 if near {
                     quiet += 1;
                     assert!(least > 0.0, "{least}: {params:?} {mode:?} {x:?} {held:?}");

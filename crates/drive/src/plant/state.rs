@@ -29,8 +29,6 @@ pub struct PlantStart {
 pub struct PlantState {
     /// Torque-forming current i_q, A.
     pub current_q: f64,
-    /// Field-forming current i_d, A.
-    pub current_d: f64,
     /// Gap angle theta_M - theta_L, rad.
     pub gap_angle: f64,
     /// Motor speed, rad/s.
@@ -39,6 +37,9 @@ pub struct PlantState {
     pub load_velocity: f64,
     /// Load position, rad.
     pub load_position: f64,
+    /// Field-forming current i_d, A. Apart from i_q: each has a step of its own, and two numbers
+    /// that were written one by one are waited for where they are read as a pair.
+    pub current_d: f64,
     /// Contact and friction.
     pub mode: Mode,
     /// Number of events (contacts made or broken, stops, breakaways) so far.
@@ -166,8 +167,8 @@ impl PlantState {
     }
 
     #[inline]
-    pub(super) fn vector(&self, params: &PlantParams) -> Vector {
-        let penetration = self.gap_angle - params.flank(self.mode.contact.sign());
+    pub(super) fn vector(&self, offset: f64) -> Vector {
+        let penetration = self.gap_angle - offset;
         [
             self.current_q,
             penetration,
@@ -177,9 +178,9 @@ impl PlantState {
     }
 
     #[inline]
-    pub(super) fn store(&mut self, params: &PlantParams, x: &Vector, travel: f64) {
+    pub(super) fn store(&mut self, offset: f64, x: &Vector, travel: f64) {
         self.current_q = x[0];
-        self.gap_angle = x[1] + params.flank(self.mode.contact.sign());
+        self.gap_angle = x[1] + offset;
         self.motor_velocity = x[2];
         self.load_velocity = x[3];
         self.load_position += travel;

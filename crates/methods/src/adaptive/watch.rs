@@ -104,7 +104,9 @@ impl Watch {
         };
         let stands = twin.plant.load_velocity.abs() <= 0.0;
         self.recent.push(Tick {
-            sample: self.sample,
+            position: signals.motor_position,
+            current: signals.mean_current,
+            fall,
             seen: self.disturbance.torque,
             stands,
         });

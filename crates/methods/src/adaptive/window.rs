@@ -50,13 +50,26 @@ pub(super) struct Sample {
     pub(super) ticks: u32,
 }
 
-/// One servo tick: sample, and observed torque behind the motor (N m).
+/// One servo tick: what a sample has of it, and the observed torque behind the motor (N m).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tick {
-    pub(super) sample: Sample,
+    pub(super) position: f64,
+    pub(super) current: f64,
+    pub(super) fall: f64,
     pub(super) seen: f64,
     /// Whether the load stands, by the gapless twin.
     pub(super) stands: bool,
+}
+
+impl Tick {
+    fn sample(&self) -> Sample {
+        Sample {
+            position: self.position,
+            current: self.current,
+            fall: self.fall,
+            ticks: 1,
+        }
+    }
 }
 
 /// The last ticks, from which a window begins.
@@ -136,8 +149,7 @@ impl Window {
             .take(WARM_UP)
             .any(|(tick, late)| !tick.stands && late.seen * f64::from(side) < 0.0);
         self.stride = 1;
-        self.samples
-            .extend(recent.ticks.iter().map(|tick| tick.sample));
+        self.samples.extend(recent.ticks.iter().map(Tick::sample));
         true
     }
 
@@ -285,7 +297,7 @@ mod tests {
         };
         for _ in 0..TICKS_BEFORE {
             recent.push(Tick {
-                sample: tick(1e-3),
+                position: tick(1e-3).position,
                 ..Tick::default()
             });
         }

@@ -49,6 +49,13 @@ const FASTER_PART_OF_ARCS: f64 = 0.98;
 /// The same where it has sharp corners: a curve swings beside its lines all along, and rounding in
 /// time does not. A choice.
 const FASTER_PART_OF_CORNERS: f64 = 0.96;
+/// Ways from rest to the feed, for each sharp corner of a section, from which on gentle bends and sharp corners
+/// are taken one after the other without a look at both. A stop costs the time in which the feed goes two such
+/// ways, of which a curve saves half, and 1 - `FASTER_PART_OF_CORNERS` of all is what it has to save.
+const LONG_RUN_UPS: f64 = 25.0;
+/// Tolerances that both lines at such a corner are long at least. A choice: between shorter lines the corner
+/// by itself is a stop that cannot be rounded, and a curve saves all of it.
+const ROUND_TOLERANCES: f64 = 10.0;
 /// Ways from rest to the feed over which a line may bend all along. A choice: on longer lines the
 /// motion is at its feed anyway, and a curve that begins there gets slower with a larger tolerance.
 const RUN_UPS: f64 = 3.0;
@@ -98,6 +105,8 @@ pub(crate) struct Conditioner {
     known: Option<Moves>,
     /// How often a curve could not be found any further.
     curve_stops: u64,
+    /// How many threads find curves.
+    threads: usize,
 }
 
 /// A section taken vertex by vertex.
@@ -125,7 +134,13 @@ impl Conditioner {
             due: FIRST_LOOK,
             known: None,
             curve_stops: 0,
+            threads: 1,
         }
+    }
+
+    /// How many threads find curves.
+    pub(crate) fn set_threads(&mut self, threads: usize) {
+        self.threads = threads;
     }
 
     /// How often the motion came to rest because a curve could not be found any further.
@@ -467,7 +482,7 @@ impl Conditioner {
         let way = self.way(from, to)?;
         let first = self.section.first()?;
         let joints = judge.joints_at(&first.curve.start(), &first.tool_mm);
-        tube::curve(&way, [start, end], &joints)
+        tube::curve(&way, [start, end], &joints, self.threads)
     }
 
     /// The lines of the section with their tolerances.
@@ -495,6 +510,14 @@ impl Conditioner {
             .collect();
         let parted = gentle.windows(2).position(|pair| pair[0] != pair[1]);
         let lines = self.section.len();
+        let sharp = gentle.contains(&false);
+        if let Some(pair) = parted
+            && self.is_past_gain(&gentle)
+        {
+            let mut first = self.first_moves(pair + 2, judge);
+            first.first = Some(Box::new(first.clone()));
+            return Err(first);
+        }
         let (joiner, steps, first) = match self.known.take() {
             Some(known) if known.lines == lines => (known.joiner, known.steps, None),
             _ => {
@@ -515,7 +538,6 @@ impl Conditioner {
             .section
             .iter()
             .any(|of| matches!(of.curve, Curve::Arc(_)));
-        let sharp = gentle.contains(&false);
         let part = match (arcs, sharp) {
             (true, _) => FASTER_PART_OF_ARCS,
             (false, true) => FASTER_PART_OF_CORNERS,
@@ -538,6 +560,38 @@ impl Conditioner {
             joiner,
             steps,
         })
+    }
+
+    /// Whether the section is so long that what a curve may save at its sharp corners is too little for it,
+    /// given at which of its vertices it bends gently.
+    fn is_past_gain(&self, gentle: &[bool]) -> bool {
+        let length: f64 = self.section.iter().map(|line| line.length).sum();
+        let mut corners = self.section.windows(2).zip(gentle);
+        let mut saved = 0.0;
+        corners.all(|(pair, gentle)| {
+            if *gentle {
+                return true;
+            }
+            let feed = pair[0].feed.max(pair[1].feed);
+            saved += LONG_RUN_UPS * joint::run_up(&self.config, feed);
+            let is_round = joint::merge_tolerance(&self.config, pair[0].control)
+                .is_some_and(|p| pair[0].length.min(pair[1].length) > ROUND_TOLERANCES * p);
+            is_round && saved < length
+        })
+    }
+
+    /// The first lines of the section taken vertex by vertex.
+    fn first_moves(&self, lines: usize, judge: &dyn Judge) -> Moves {
+        let (mut joiner, mut steps) = (self.joiner.clone(), Vec::new());
+        for line in &self.section[1..lines] {
+            joiner.push(line, judge, &mut steps);
+        }
+        Moves {
+            lines,
+            joiner,
+            steps,
+            first: None,
+        }
     }
 
     /// About how long the section takes as a curve, s.

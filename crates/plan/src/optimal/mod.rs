@@ -35,6 +35,10 @@ const TAIL_BETA: f64 = 0.25;
 /// Part of the nominal limits that is used at that pace, so that some room is left. A choice: less
 /// slows the windows' ends, more leaves no room.
 const TAIL_ROOM: f64 = 0.9;
+/// Parts of what the last window output that it outputs instead where nothing better than the nominal pace is
+/// found behind it, or what is found passes a limit, one after the other. A choice: a window that begins just
+/// before a corner, whose samples the one before has shifted, begins well before it then.
+const OTHER_CUTS: [f64; 4] = [0.75, 0.5, 0.875, 0.625];
 /// Length of a window in margins held back. A choice: three quarters of each window are output;
 /// longer windows cost memory, shorter ones plan more twice.
 const WINDOW_MARGINS: usize = 4;
@@ -65,8 +69,27 @@ pub(crate) struct Retimer {
     step_s: f64,
     /// Whether the points start at rest.
     at_rest: bool,
+    /// The last window, while the next one may ask for another cut.
+    last: Option<Box<Last>>,
     tick: Tick,
     ready: VecDeque<Sample>,
+}
+
+/// A window that has been planned: what it began with, and what it outputs.
+#[derive(Clone, Debug)]
+struct Last {
+    before: Windows,
+    start: End,
+    given: usize,
+    trial: Outcome,
+}
+
+/// What planning a window led to.
+#[derive(Clone, Debug)]
+struct Outcome {
+    samples: Vec<Placed>,
+    /// Whether it is faster than what stands in for it, and keeps the limits.
+    is_good: bool,
 }
 
 /// The clock of the nominal motion.
@@ -82,6 +105,7 @@ impl Retimer {
             windows,
             step_s: clock.period_s(),
             at_rest: true,
+            last: None,
             tick: 0,
             ready: VecDeque::new(),
         }
@@ -106,6 +130,7 @@ impl Retimer {
         if intervals > 0 {
             self.plan(Windows::rest(intervals), intervals);
         }
+        self.output();
         self.name(between([&last; 2], self.step_s, 0.0, [1.0, 0.0]));
         self.windows.points.clear();
         true
@@ -118,7 +143,10 @@ impl Retimer {
 
     /// How many samples are held.
     pub(crate) fn held(&self) -> usize {
-        self.windows.points.len() + self.ready.len()
+        let last = self.last.as_ref().map_or(0, |last| {
+            last.before.points.len() + last.trial.samples.len()
+        });
+        self.windows.points.len() + last + self.ready.len()
     }
 
     /// The next sample that is final.
@@ -127,17 +155,36 @@ impl Retimer {
     }
 
     fn plan(&mut self, end: End, given: usize) {
-        let windows = &mut self.windows;
         let start = if self.at_rest {
-            Windows::rest(windows.points.len())
+            Windows::rest(self.windows.points.len())
         } else {
             End::Moving
         };
-        let trial = windows.best([start, end], given, windows.known().saturating_sub(2));
-        for placed in windows.give(trial, given) {
+        let mut now = Last {
+            before: self.windows.clone(),
+            start,
+            given,
+            trial: take(&mut self.windows, [start, end], given),
+        };
+        if !now.trial.is_good
+            && let Some(last) = &self.last
+            && let Some((windows, first, second)) = cut_elsewhere(last, &now, end)
+        {
+            self.windows = windows;
+            self.last = Some(Box::new(first));
+            now = second;
+        }
+        self.output();
+        self.last = Some(Box::new(now));
+        self.at_rest = false;
+    }
+
+    /// Outputs the last window.
+    fn output(&mut self) {
+        let last = self.last.take();
+        for placed in last.into_iter().flat_map(|last| last.trial.samples) {
             self.name(placed.sample);
         }
-        self.at_rest = false;
     }
 
     fn name(&mut self, sample: Sample) {
@@ -147,4 +194,43 @@ impl Retimer {
         });
         self.tick += 1;
     }
+}
+
+/// Plans a window and takes what it outputs off its points.
+fn take(windows: &mut Windows, ends: [End; 2], given: usize) -> Outcome {
+    let trial = windows.best(ends, given, windows.known().saturating_sub(2));
+    let is_good = trial.is_good();
+    Outcome {
+        samples: windows.give(trial, given),
+        is_good,
+    }
+}
+
+/// The last window and this one with another cut between them, if both are good then and take less time, or keep
+/// limits that they passed.
+fn cut_elsewhere(last: &Last, now: &Last, end: End) -> Option<(Windows, Last, Last)> {
+    let before = last.trial.samples.len() + now.trial.samples.len();
+    OTHER_CUTS.into_iter().find_map(|part| {
+        let mut windows = last.before.clone();
+        // all that is known by now
+        windows.points.truncate(last.given);
+        windows.points.extend_from_slice(&now.before.points);
+        let given = (part * last.given as f64) as usize;
+        let first = Last {
+            before: windows.clone(),
+            start: last.start,
+            given,
+            trial: take(&mut windows, [last.start, End::Moving], given),
+        };
+        let left = last.given - given + now.given;
+        let second = Last {
+            before: windows.clone(),
+            start: End::Moving,
+            given: left,
+            trial: take(&mut windows, [End::Moving, end], left),
+        };
+        let is_good = first.trial.is_good && second.trial.is_good;
+        let taken = first.trial.samples.len() + second.trial.samples.len();
+        (is_good && taken <= before).then_some((windows, first, second))
+    })
 }

@@ -87,6 +87,11 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
+    /// Whether it is faster than what stands in where nothing better is found, and keeps the limits.
+    pub(crate) fn is_good(&self) -> bool {
+        !self.is_kept && self.least() >= LEAST_ROOM
+    }
+
     /// The least part of a limit that is left to an interval.
     pub(crate) fn least(&self) -> f64 {
         self.excess

@@ -101,7 +101,11 @@ impl Feed {
 
     /// Reads while it plans, with more than one thread.
     pub(crate) fn on_threads(self, threads: usize) -> Feed {
-        Feed { threads, ..self }
+        Feed {
+            threads,
+            planner: self.planner.on_threads(threads),
+            ..self
+        }
     }
 
     /// With notes of what is read.
@@ -300,7 +304,8 @@ impl Feed {
         self.shortfalls += self.planner.shortfalls();
         self.planner = Bows::bound(
             self.reading.bows.as_ref(),
-            Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
+            Planner::new(self.config.clone(), Arc::clone(kinematics), start)?
+                .on_threads(self.threads),
         );
         // Offsets of samples and segments for the new planner's counts.
         self.before = (self.given, self.reading.segments);

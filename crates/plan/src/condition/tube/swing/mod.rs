@@ -54,13 +54,18 @@ const MAX_INTERVALS: usize = 2048;
 /// Least time, as a part of that which the feed alone takes, from which on a motion is looked for. A
 /// choice: a plan is that near to its feed anyway.
 const LEAST_OVER_FEED: f64 = 1.04;
-/// How roughly a motion is found that another one goes on from. A choice: with less the fits take a tenth
-/// longer, and no time changes by more than 0.5 %.
-const ROUGH: f64 = 3.0;
+/// How roughly a motion is found the first time, where all that follows is that its times are set. A choice,
+/// as the others below: with 15 single motions get 1 to 10 % slower.
+const FIRST_ROUGH: f64 = 10.0;
+/// The same once its times have been set. A choice: with 6 more motions are given up that would be faster.
+const TIMED_ROUGH: f64 = 5.0;
 /// Half of the powers with which it is found at last, each from the one before, and how roughly: the
 /// higher the power, the nearer the largest jerk is to the mean, and the fewer the steps of Newton's
 /// method that are too long. A choice.
-const HALF_POWERS: [(u32, f64); 3] = [(3, ROUGH), (4, ROUGH), (6, 1.0)];
+const HALF_POWERS: [(u32, f64); 3] = [(3, 10.0), (4, 10.0), (6, LAST_ROUGH)];
+/// How roughly the last of them is found, also where the tube is narrowed. A choice: with 1 times are the
+/// same on average, and more of the motions are narrowed in vain.
+const LAST_ROUGH: f64 = 2.0;
 /// Half of the power with which the times are found before.
 const TIMED_HALF_POWER: u32 = 2;
 /// How often the times are set anew. A choice: a third time changes no time by more than 0.5 %.
@@ -107,12 +112,12 @@ pub(super) fn curve<'a>(
     let needs_over =
         |motion: &Motion<'_, '_>, part| is_proven && motion.needed_s() > part * steady.paced_s;
     let mut sites = motion.sites();
-    motion.solve(&mut sites, ROUGH);
+    motion.solve(&mut sites, FIRST_ROUGH);
     for _ in 0..RETIMINGS {
         motion.pass();
         motion.retime(&sites);
         sites = motion.sites();
-        motion.solve(&mut sites, ROUGH);
+        motion.solve(&mut sites, TIMED_ROUGH);
     }
     // With higher powers some need some hundredths less, most of them with the first one.
     if needs_over(&motion, 1.0) {
@@ -149,7 +154,8 @@ pub(super) fn curve<'a>(
             )
             .sliding(motion.directions[vertex])
         });
-        if !motion.solve(&mut sites, 1.0) {
+        // A fit that does not settle may still be inside the tube; one that does not again will not.
+        if !motion.solve(&mut sites, LAST_ROUGH) && round > 1 {
             return None;
         }
         motion.pass();

@@ -241,7 +241,7 @@ mod tests {
             });
             chords.sum()
         };
-        let motion = curve(&way, ties, &joints()).unwrap();
+        let motion = curve(&way, ties, &joints(), 1).unwrap();
         let steady = steady.found.unwrap();
         assert!(motion.has_motion());
         let [with, without] = [length(&motion), length(&steady)];
@@ -254,7 +254,7 @@ mod tests {
     fn what_is_replaced_goes_on_as_the_rest_does() {
         let lines = lines(60.0);
         let way = Way::new(&lines, 0.0, lines[4].length, &[0.01; 5]).unwrap();
-        let found = curve(&way, [Tie::Place, Tie::Place], &joints()).unwrap();
+        let found = curve(&way, [Tie::Place, Tie::Place], &joints(), 1).unwrap();
         let changes = found
             .speeds
             .windows(2)
