@@ -20,7 +20,8 @@
 //! that still bounces when its axis comes back again is read to have crossed a part of the gap.
 //!
 //! Where the flank wavered, the motor may have crossed more than once, and the distances add up:
-//! such a reading counts only if it is not much larger than those of single crossings.
+//! such a reading counts only if it is not much larger than those of single crossings, or so much larger that it is
+//! no sum of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +70,9 @@ const SINGLE_SHARE: f64 = 0.9;
 /// Ratio to the smallest single crossing from which on a reading over a wavering flank counts as
 /// several crossings added up: between once and twice the gap.
 const ADDED_UP_RATIO: f64 = 1.5;
+/// The same beyond which it is no sum of crossings. A choice: the motor crosses twice, seldom three times; a single
+/// crossing that was read a quarter of the gap would else keep all others away for good (604417-3).
+const LARGEST_SUM_RATIO: f64 = 3.0;
 
 /// The last readings, and the estimate of their largest group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -169,20 +173,23 @@ impl Readings {
                 kept.value
             }
         };
-        let most = ADDED_UP_RATIO
-            * self
-                .recent
-                .iter()
-                .flatten()
-                .map(single)
-                .fold(if wavered { f64::INFINITY } else { value }, f64::min);
-        if wavered && value > most {
+        let least = self
+            .recent
+            .iter()
+            .flatten()
+            .map(single)
+            .fold(if wavered { f64::INFINITY } else { value }, f64::min);
+        let adds_up = |value: f64| {
+            value > ADDED_UP_RATIO * least
+                && (rule == Consensus::Largest || value <= LARGEST_SUM_RATIO * least)
+        };
+        if wavered && adds_up(value) {
             return;
         }
         self.seen = self.seen.saturating_add(1);
-        self.recent
-            .iter_mut()
-            .for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
+        self.recent.iter_mut().for_each(|entry| {
+            *entry = entry.filter(|kept| !kept.wavered || !adds_up(kept.value));
+        });
         let new = Kept {
             value,
             variance: variance + LEAST_DEVIATION_SHARE * LEAST_DEVIATION_SHARE * value * value,
@@ -529,6 +536,21 @@ mod tests {
             (known.value - 1.005).abs() < 2e-3 && known.count == 2,
             "{known:?}"
         );
+    }
+
+    #[test]
+    fn a_crossing_that_is_read_far_too_small_keeps_no_wavering_ones_away() {
+        let mut readings = Readings::default();
+        readings.take_by(UNCORRECTED, 6.4, 1e-3, false, true);
+        // twice as much may be two crossings
+        readings.take_by(UNCORRECTED, 12.0, 0.1, true, false);
+        assert_eq!((readings.value, readings.count), (6.4, 1));
+        for value in [24.0, 24.1] {
+            readings.take_by(UNCORRECTED, value, 0.1, true, false);
+        }
+        assert!((readings.value - 24.05).abs() < 0.1 && readings.count == 2);
+        readings.take_by(UNCORRECTED, 0.4, 1e-3, false, true);
+        assert!((readings.value - 24.05).abs() < 0.1 && readings.count == 2);
     }
 
     #[test]

@@ -7,7 +7,8 @@
 //! samples are merged in pairs when they become many; so a crossing of any length fits into the
 //! same memory and takes the same time to read. Where the motor stands samples become longer the longer
 //! it does, so that a rest leaves room for what came before it: a load that came to rest between its
-//! flanks may have touched one.
+//! flanks may have touched one. A motor that creeps on stands in samples in which it moves little: the more it creeps,
+//! the more that is.
 
 use super::lanes::WARM_UP;
 use lostmotion_base::Clock;
@@ -30,6 +31,12 @@ const MOST_SAMPLES: usize = TICKS_BEFORE + SAMPLES_BETWEEN + TICKS_AT_END;
 /// Motion of the motor in a sample up to which it stands, rad: 0.06 um on a screw of 20 mm. A choice:
 /// a servo that brings an axis to its place creeps for long, and this is a hundredth of a small gap.
 const STANDING_RAD: f64 = 2e-5;
+/// The same where a motor that creeps has filled the window, at most, rad: 1 um on a screw of 20 mm. A choice: some
+/// per cent of the gaps over which one creeps so far.
+const MOST_STANDING_RAD: f64 = 16.0 * STANDING_RAD;
+/// Samples that have to become free for such a motion to be let pass. A choice: a quarter; fewer have it asked again
+/// and again.
+const LEAST_FREED: usize = SAMPLES_BETWEEN / 4;
 /// Part of the time for which the motor has stood that a sample may last. A choice: a load that still
 /// moves is followed to some per cent of that time.
 const STANDING_SHARE: u32 = 8;
@@ -119,6 +126,8 @@ pub(super) struct Window {
     stride: u32,
     /// Servo ticks for which the motor has stood.
     standing: u32,
+    /// Motion of the motor in a sample up to which it stands, rad.
+    still: f64,
 }
 
 impl Window {
@@ -148,7 +157,7 @@ impl Window {
             .zip(later)
             .take(WARM_UP)
             .any(|(tick, late)| !tick.stands && late.seen * f64::from(side) < 0.0);
-        self.stride = 1;
+        (self.stride, self.still) = (1, STANDING_RAD);
         self.samples.extend(recent.ticks.iter().map(Tick::sample));
         true
     }
@@ -230,15 +239,15 @@ impl Window {
     fn between(&mut self, sample: Sample) {
         // the ticks before the crossing stay single
         let between = self.samples.len() > TICKS_BEFORE;
-        let stands = |from: Option<&Sample>| {
-            from.is_some_and(|from| (sample.position - from.position).abs() <= STANDING_RAD)
+        let stands = |from: Option<&Sample>, most: f64| {
+            from.is_some_and(|from| (sample.position - from.position).abs() <= most)
         };
-        self.standing = if stands(self.samples.last()) {
+        self.standing = if stands(self.samples.last(), STANDING_RAD) {
             self.standing.saturating_add(1)
         } else {
             0
         };
-        let ticks = if stands(self.samples.iter().nth_back(1)) {
+        let ticks = if stands(self.samples.iter().nth_back(1), self.still) {
             self.stride.max(self.standing / STANDING_SHARE)
         } else {
             self.stride
@@ -252,6 +261,7 @@ impl Window {
                 .samples
                 .last()
                 .is_some_and(|last| last.ticks >= self.stride)
+            && !self.let_creep()
         {
             // full: merge pairs, and from now on twice as many ticks
             let mut kept = TICKS_BEFORE;
@@ -264,6 +274,41 @@ impl Window {
             self.samples.truncate(kept);
             self.stride *= 2;
         }
+    }
+
+    /// Merges samples in which the motor creeps, of a window that is full. Returns whether that made room.
+    fn let_creep(&mut self) -> bool {
+        let full = self.samples.len();
+        while self.still < MOST_STANDING_RAD {
+            self.still *= 2.0;
+            let (mut kept, mut standing) = (TICKS_BEFORE, 0);
+            for at in TICKS_BEFORE..self.samples.len() {
+                let sample = self.samples[at];
+                let slow = STANDING_RAD * f64::from(sample.ticks);
+                let moved = sample.position - self.samples[at - 1].position;
+                standing = if moved.abs() <= slow {
+                    standing + sample.ticks
+                } else {
+                    0
+                };
+                let most = self.stride.max(standing / STANDING_SHARE);
+                let [from, last] = [self.samples[kept - 2], self.samples[kept - 1]];
+                let joins = kept > TICKS_BEFORE
+                    && last.ticks + sample.ticks <= most
+                    && (sample.position - from.position).abs() <= self.still;
+                if joins {
+                    self.samples[kept - 1] = merged(&last, &sample);
+                } else {
+                    self.samples[kept] = sample;
+                    kept += 1;
+                }
+            }
+            self.samples.truncate(kept);
+            if full - kept >= LEAST_FREED {
+                return true;
+            }
+        }
+        false
     }
 }
 
@@ -330,6 +375,27 @@ mod tests {
         }
         // a motor that moves all the time leaves no room
         assert!(window(100, 4000, 1e-4).hides());
+    }
+
+    #[test]
+    fn a_motor_that_creeps_over_a_gap_leaves_what_came_before_as_it_is() {
+        const MOVED: usize = 40;
+        // as far as 200 and 800 times the motion in which it stands, as a servo brings a load back from the far flank
+        for (resting, creep) in [(4000, 1e-6), (4000, 4e-6)] {
+            let window = window(MOVED, resting, creep);
+            assert!(!window.hides(), "{creep}");
+            let before = &window.samples[..TICKS_BEFORE + MOVED / SHOWING_TICKS as usize];
+            assert!(
+                before.iter().all(|sample| sample.ticks <= SHOWING_TICKS),
+                "{creep}"
+            );
+            assert!(window.samples.len() <= MOST_SAMPLES);
+            let ticks: u32 = window.samples.iter().map(|sample| sample.ticks).sum();
+            assert_eq!(
+                ticks as usize,
+                TICKS_BEFORE + MOVED + resting + TICKS_AT_END
+            );
+        }
     }
 
     #[test]
