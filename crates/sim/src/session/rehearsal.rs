@@ -1,4 +1,4 @@
-//! With a memory the control rehearses the start of a program before it begins: the machine as its
+//! With a memory the control rehearses a program before it begins, to its end or for ten minutes: the machine as its
 //! drives have learned it, without a correction and with it, on the same plan. Without one it does so once
 //! the drives have learned enough to correct, from the start up to where the program is and a minute on.
 //!
@@ -9,7 +9,7 @@
 //! ```text
 //! whole    1 but in the stretches that are left out (`skips`), of up to ten minutes, where 1 is worse; if that is of no use
 //! share    the largest of 1, 0.875, 0.75, 0.625, 0.5, 0.25 with    rms with <= 1.015 rms without    and    peak with <= 1.015 peak without + 0.375 um    (1.011 and 0.275 um while drives learn)
-//! over     the way on which each axis comes back twice, 10 s at least, 120 s at most
+//! over     with a memory the whole program, 600 s at most; else the way on which each axis comes back twice
 //! ```
 
 use super::contours::{Contours, Returns};
@@ -52,15 +52,15 @@ const STILL_LEARNING: Leeway = Leeway {
     used: (1.011, 2.75e-4),
     aimed: (1.005, 1.25e-4),
 };
-/// How often each axis has to come back, and how long is rehearsed at least and at most, s. A choice:
-/// as often as the guard wants; peaks of loads that bounce need some rounds; slow programs
-/// come back late.
-const REHEARSED: (u32, [f64; 2]) = (2, [10.0, 120.0]);
+/// While drives learn, how often each axis has to come back, and how long is rehearsed at most, s. A choice:
+/// as often as the guard wants; slow programs come back late.
+const REHEARSED: (u32, f64) = (2, 120.0);
 /// How far beyond where the program is it is rehearsed while drives learn, s. A choice: a lap of most parts; 10 s
 /// did not reach the corner in which 20261124-15 is worse.
 const AHEAD_S: f64 = 60.0;
-/// How often and how long of a correction that leaves stretches out: the whole program, up to ten minutes of it, and nothing is
-/// corrected behind them. A choice: a minute and a half of computing at most.
+/// How often and how long with a memory, and of a correction that leaves stretches out: the whole program, up to ten
+/// minutes of it, since the corner that is worse may come once, at its end (275903-22). Where stretches are left out
+/// nothing is corrected behind them. A choice: a minute and a half of computing at most.
 const WHOLE: (u32, [f64; 2]) = (u32::MAX, [600.0, 600.0]);
 /// Rehearsals of such a correction. A choice: stretches double each time.
 const ROUNDS: usize = 4;
@@ -127,15 +127,18 @@ impl<'a> Rehearser<'a> {
         // Mostly the whole correction is no worse: others are tried where it is.
         let none = Skips::default();
         let leeway = so_far_s.map_or(REMEMBERING, |_| STILL_LEARNING);
-        let (times, [least_s, most_s]) = REHEARSED;
-        let least_s = so_far_s.map_or(least_s, |so_far_s| (so_far_s + AHEAD_S).min(WHOLE.1[1]));
-        let over = (times, [least_s, most_s.max(least_s)]);
+        let over = so_far_s.map_or(WHOLE, |so_far_s| {
+            let (times, most_s) = REHEARSED;
+            let least_s = (so_far_s + AHEAD_S).min(WHOLE.1[1]);
+            (times, [least_s, most_s.max(least_s)])
+        });
         let (whole, parts) = SHARES.split_at(1);
         let start = self.measure(&setup, of, whole, &none, &over).ok()?;
         if let Some(said) = start.no_worse(leeway) {
             return Some(said);
         }
-        let spared = self.sparing(&setup, of, leeway);
+        let whole = so_far_s.is_none().then_some(start);
+        let spared = self.sparing(&setup, of, leeway, whole);
         if spared.is_some() {
             return spared;
         }
@@ -144,12 +147,21 @@ impl<'a> Rehearser<'a> {
     }
 
     /// The whole correction but where the contour would be worse, of a program as far as it is
-    /// rehearsed; `None` where that is of no use.
-    fn sparing(&self, setup: &Setup<'_>, of: &Variant<'_>, leeway: Leeway) -> Option<Rehearsed> {
+    /// rehearsed; `None` where that is of no use. `whole`: the rehearsal of all of it, if there was one.
+    fn sparing(
+        &self,
+        setup: &Setup<'_>,
+        of: &Variant<'_>,
+        leeway: Leeway,
+        mut whole: Option<Measured>,
+    ) -> Option<Rehearsed> {
         let period_s = setup.machine.cycles().command().period_s();
         let mut skips = Skips::default();
         for _ in 0..ROUNDS {
-            let measured = self.measure(setup, of, &SHARES[..1], &skips, &WHOLE).ok()?;
+            let measured = match whole.take() {
+                Some(measured) => measured,
+                None => self.measure(setup, of, &SHARES[..1], &skips, &WHOLE).ok()?,
+            };
             if let Some(said) = measured.no_worse(leeway) {
                 return Some(said);
             }
