@@ -87,9 +87,12 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// Whether it is faster than what stands in where nothing better is found, and keeps the limits.
-    pub(crate) fn is_good(&self) -> bool {
-        !self.is_kept && self.least() >= LEAST_ROOM
+    /// The least part of a limit that is left to the first intervals; none where nothing better was found than
+    /// what stands in.
+    pub(crate) fn kept_limits(&self, intervals: usize) -> Option<f64> {
+        let output = self.excess.iter().filter(|(at, _)| *at < intervals);
+        let least = output.flat_map(|(_, scale)| *scale).fold(1.0, f64::min);
+        (!self.is_kept).then_some(least)
     }
 
     /// The least part of a limit that is left to an interval.
