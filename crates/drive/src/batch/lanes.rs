@@ -130,41 +130,32 @@ impl Lanes {
             put(rows, lane, column);
         }
         put(&mut n.travel, lane, plant.travel);
-        n.torque_constant.0[lane] = plant.torque_constant;
-        n.offset.0[lane] = plant.offset;
-        put(&mut n.friction, lane, plant.friction);
-        put(&mut n.shaft, lane, plant.shaft);
-        n.third.0[lane] = plant.look.third;
-        put(&mut n.range, lane, plant.look.range);
-        put(&mut n.push, lane, plant.look.push);
-        n.push_margin.0[lane] = plant.look.push_margin;
-        put(&mut n.sliding, lane, plant.look.sliding);
-        put(&mut n.speed_margin, lane, plant.look.speed_margin);
-        put(&mut n.holding, lane, plant.look.holding);
-        n.torque_margin.0[lane] = plant.look.torque_margin;
+        n.torque_constant.0[lane] = plant.known.torque_constant;
+        n.offset.0[lane] = plant.known.offset;
+        put(&mut n.friction, lane, plant.known.friction);
+        put(&mut n.shaft, lane, plant.known.shaft.into());
+        n.third.0[lane] = plant.known.look.third;
+        put(&mut n.range, lane, plant.known.look.range);
+        put(&mut n.push, lane, plant.known.look.push);
+        n.push_margin.0[lane] = plant.known.look.push_margin;
+        put(&mut n.sliding, lane, plant.known.look.sliding);
+        put(&mut n.speed_margin, lane, plant.known.look.speed_margin);
+        put(&mut n.holding, lane, plant.known.look.holding);
+        n.torque_margin.0[lane] = plant.known.look.torque_margin;
         for (rows, watch) in n.watches.iter_mut().zip(&plant.watches) {
             rows.put(watch, in_lane(lane));
         }
         // kept to see whether an event has left the mode that these numbers belong to
         self.modes[lane] = Some(plant);
         // looks that no lane needs are left out of the kernel
-        self.any_pushing = self
-            .modes
-            .iter()
-            .flatten()
-            .any(|lane| lane.look.push_margin > f64::NEG_INFINITY);
-        self.any_stuck = self.modes.iter().flatten().any(|lane| {
-            lane.look
-                .holding
-                .iter()
-                .any(|torque| *torque < f64::INFINITY)
-        });
+        self.any_pushing = self.modes.iter().flatten().any(|lane| lane.known.pushes);
+        self.any_stuck = self.modes.iter().flatten().any(|lane| lane.known.stands);
         true
     }
 
     /// Whether an axis is still in the mode it was described in.
     pub(super) fn knows(&self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
-        self.modes[lane].is_some_and(|known| known.mode == axis.plant_state.mode)
+        self.modes[lane].is_some_and(|lane| lane.known.mode == axis.plant_state.mode)
     }
 
     /// Takes up what is held over a servo tick.
@@ -244,7 +235,9 @@ impl Lanes {
     pub(super) fn motor(&self, lane: usize) -> MotorSample {
         let (s, gap_angle) = (&self.states, self.states.gap_angle.0[lane]);
         // the mode is the one that the lane's numbers belong to: events take up others
-        let contact = self.modes[lane].as_ref().map(|plant| plant.mode.contact);
+        let contact = self.modes[lane]
+            .as_ref()
+            .map(|plant| plant.known.mode.contact);
         MotorSample {
             position: s.position.0[lane] + gap_angle,
             current: s.current_q.0[lane],

@@ -18,16 +18,16 @@ pub(crate) struct Known {
     /// The table of its step.
     pub(super) matrix: usize,
     /// Gap angle at which the penetration is zero.
-    pub(super) offset: f64,
+    pub(crate) offset: f64,
     /// Coulomb friction of motor and load against their sliding, N m.
-    pub(super) friction: [f64; 2],
+    pub(crate) friction: [f64; 2],
     /// Stiffness and damping of the shaft.
-    shaft: (f64, f64),
-    torque_constant: f64,
-    look: Look,
+    pub(crate) shaft: (f64, f64),
+    pub(crate) torque_constant: f64,
+    pub(crate) look: Look,
     /// Whether a contact may not pull, and whether a mass stands.
-    pushes: bool,
-    stands: bool,
+    pub(crate) pushes: bool,
+    pub(crate) stands: bool,
 }
 
 impl Known {
@@ -80,21 +80,13 @@ impl Known {
 /// Numbers of a plant in a mode, for a batch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane {
-    pub(crate) mode: Mode,
+    pub(crate) known: Known,
     /// Columns of the step's matrix, then the row of the load's travel: see
     /// [`super::dynamics::StepTable`].
     pub(crate) columns: [[f64; 4]; 7],
     pub(crate) travel: [f64; 7],
     pub(crate) electric: Electric<f64>,
-    pub(crate) torque_constant: f64,
     pub(crate) load_constant: f64,
-    /// Gap angle at which the penetration is zero.
-    pub(crate) offset: f64,
-    /// Coulomb friction of motor and load against their sliding, N m.
-    pub(crate) friction: [f64; 2],
-    /// Stiffness and damping of the shaft in this mode.
-    pub(crate) shaft: [f64; 2],
-    pub(crate) look: Look,
     /// What the frictions of motor and load are judged by where that does not suffice.
     pub(crate) watches: [Watch<f64>; 2],
 }
@@ -149,18 +141,12 @@ impl Plant {
         }
         let (params, known) = (&self.params, self.known(mode));
         let (columns, travel) = self.tables.get(known.matrix)?.numbers();
-        let (stiffness, damping) = known.shaft;
         Some(Lane {
-            mode,
+            known,
             columns,
             travel,
             electric: self.electric,
-            torque_constant: known.torque_constant,
             load_constant: params.load_constant_nm,
-            offset: known.offset,
-            friction: known.friction,
-            shaft: [stiffness, damping],
-            look: known.look,
             watches: [Mass::Motor, Mass::Load].map(|mass| self.margins.watch(params, mode, mass)),
         })
     }
