@@ -18,6 +18,13 @@ macro_rules! numbers {
                 $name { $($field: function(&self.$field),)+ }
             }
 
+            /// Every number with that of another such struct through a function.
+            #[inline(always)]
+            #[allow(dead_code, reason = "few of these structs are put together")]
+            pub(crate) fn zip<M, O>(&self, other: &$name<M>, function: impl Fn(&N, &M) -> O) -> $name<O> {
+                $name { $($field: function(&self.$field, &other.$field),)+ }
+            }
+
             /// Puts every number into its place in another such struct.
             pub(crate) fn put<M>(&mut self, values: &$name<M>, place: impl Fn(&mut N, &M)) {
                 $(place(&mut self.$field, &values.$field);)+

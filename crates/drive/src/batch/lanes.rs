@@ -5,9 +5,9 @@ use crate::runner::{CurrentLoop, Monitored, Seen};
 use crate::servo::{CurrentNumbers, TickNumbers};
 use crate::signal::{AxisSample, Correction, Engagement, MotorSample};
 
-/// Axes in a group: two of the widest vectors, so that the processor has something to do while one
-/// waits for its own results.
-pub const WIDTH: usize = 16;
+/// Axes in a group: the widest vector. With twice as many, what they carry from tick to tick leaves the processor's
+/// nearest memory, which takes longer than the waiting for results that a second vector would fill.
+pub const WIDTH: usize = 8;
 
 /// One quantity of all lanes.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,10 @@ use crate::servo::{
     CurrentNumbers, CurrentOutput, CurrentPeriod, PlainDrive, TickNumbers, VelocityInput,
     VelocityOutput,
 };
-use crate::twin::{LoadModel, MotorNumbers, Rates, Twin, TwinMasses, TwinState, Twinned};
+use crate::twin::{
+    Arrival, BOUNDS, Departure, INPUTS, LoadModel, MotorNumbers, OUTCOMES, Rates, Stride,
+    StrideNumbers, Tables, Twin, TwinMasses, TwinState, Twinned,
+};
 use lostmotion_base::Number;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -24,8 +27,38 @@ pub(super) struct TwinNumbers {
     tick: TickNumbers<Row>,
     current_loop: CurrentNumbers<Row>,
     motor: MotorNumbers<Row>,
+    stride: StrideNumbers<Row>,
     /// Period of the current loop, s.
     period: Row,
+}
+
+/// The tables of the twins' strides.
+#[derive(Clone, Debug)]
+struct StrideRows {
+    outcomes: [[Row; INPUTS]; OUTCOMES],
+    bounds: [[Row; INPUTS]; BOUNDS],
+}
+
+impl Default for StrideRows {
+    fn default() -> StrideRows {
+        StrideRows {
+            outcomes: [[Row::default(); INPUTS]; OUTCOMES],
+            bounds: [[Row::default(); INPUTS]; BOUNDS],
+        }
+    }
+}
+
+impl StrideRows {
+    fn put(&mut self, lane: usize, tables: &Tables) {
+        for at in 0..INPUTS {
+            for (rows, value) in self.outcomes.iter_mut().zip(&tables.outcomes[at]) {
+                rows[at].0[lane] = *value;
+            }
+            for (rows, value) in self.bounds.iter_mut().zip(&tables.bounds[at]) {
+                rows[at].0[lane] = *value;
+            }
+        }
+    }
 }
 
 numbers! {
@@ -55,8 +88,6 @@ numbers! {
     Held {
         electric_speed,
         back_emf,
-        /// Sum of i_q.
-        sum,
         /// Torque of the shaft on the load, and of the motor's friction, N m.
         torque,
         friction,
@@ -74,10 +105,36 @@ pub(super) struct Place<N> {
     masses: TwinMasses<N>,
 }
 
+impl<N: Number> Place<N> {
+    /// This where the mask holds, else the other one.
+    #[inline(always)]
+    fn or(&self, mask: N::Mask, other: &Place<N>) -> Place<N> {
+        Place {
+            carried: self
+                .carried
+                .zip(&other.carried, |a, b| N::choose(mask, *a, *b)),
+            masses: self
+                .masses
+                .zip(&other.masses, |a, b| N::choose(mask, *a, *b)),
+        }
+    }
+}
+
+impl<N: Number> Held<N> {
+    /// The same.
+    #[inline(always)]
+    fn or(&self, mask: N::Mask, other: &Held<N>) -> Held<N> {
+        self.zip(other, |a, b| N::choose(mask, *a, *b))
+    }
+}
+
 /// What a tick takes, and what it leaves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TwinRows {
     rates: Rates<Row>,
+    strides: StrideRows,
+    /// 1 in the lanes whose twins step, else 0.
+    taken: Row,
     place: Place<Row>,
     held: Held<Row>,
 }
@@ -93,8 +150,9 @@ pub(super) struct Twins {
     plain: [bool; WIDTH],
     /// Whether a lane has its twin, whose compensator may be behind.
     held: [bool; WIDTH],
-    /// The load that a lane's rates are of.
+    /// The load that a lane's rates are of, and what of it its tables follow from.
     loads: [Option<LoadModel>; WIDTH],
+    tables: [Option<[f64; 4]>; WIDTH],
 }
 
 /// A servo tick of a command cycle.
@@ -111,7 +169,7 @@ impl Twins {
     /// The axis of a lane may be another one from now on, or elsewhere.
     pub(super) fn forget(&mut self, lane: usize) {
         (self.known[lane], self.held[lane]) = (false, false);
-        self.loads[lane] = None;
+        (self.loads[lane], self.tables[lane]) = (None, None);
     }
 
     /// Steps all that there are.
@@ -122,7 +180,7 @@ impl Twins {
         tick: &TwinTick<'_>,
     ) {
         let mut taken = [false; WIDTH];
-        for (lane, step) in steps.iter().enumerate() {
+        for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step else { continue };
             // numbers of drive and motor are taken once
             if !self.known[lane] {
@@ -136,6 +194,12 @@ impl Twins {
                     self.loads[lane] = Some(load);
                     let rates = step.twin.twin.rates(&load);
                     self.states.rates.put(&rates, in_lane(lane));
+                    let of = Some(Stride::of(&load));
+                    if self.tables[lane] != of {
+                        self.tables[lane] = of;
+                        let tables = step.twin.state.stride.tables(step.twin.twin, &load);
+                        self.states.strides.put(lane, tables);
+                    }
                 }
                 if !self.held[lane] {
                     self.states.place.take(lane, step.twin.state);
@@ -144,6 +208,7 @@ impl Twins {
                 taken[lane] = true;
             }
         }
+        self.states.taken = Row(taken.map(|taken| f64::from(u8::from(taken))));
         if taken.iter().any(|taken| *taken) {
             arch.dispatch(Steps {
                 twins: self,
@@ -192,6 +257,7 @@ impl TwinNumbers {
         self.tick.put(tick, in_lane(lane));
         self.current_loop.put(current, in_lane(lane));
         self.motor.put(twin.numbers(), in_lane(lane));
+        self.stride.put(twin.stride(), in_lane(lane));
         self.period.0[lane] = twin.period_s();
         // the vector law reads the motor's position itself; a twin with counts steps alone
         tick.encoder_step <= 0.0
@@ -255,7 +321,6 @@ impl TwinRows {
         let (current, held) = (&mut state.servo.current, self.held.map(|row| row.0[lane]));
         current.electric_speed = held.electric_speed;
         current.back_emf = held.back_emf;
-        current.sum = held.sum;
         state.servo.saturated = held.saturated > 0.0;
     }
 }
@@ -309,8 +374,28 @@ impl TwinTick<'_> {
             masses: states.place.masses.map(|row| lanes.get(row)),
         };
         let mut held = drive(lanes, numbers, &mut place, self.references);
-        for _ in 0..self.periods {
-            advance(lanes, numbers, &states.rates, &mut place, &mut held);
+        let zero = lanes.all(0.0);
+        let taken = zero.less(lanes.get(&states.taken));
+        let moves = zero.less(place.masses.motor.abs()) & zero.less(place.masses.load.abs());
+        let periods = |place: &mut Place<R::Value>, held: &mut Held<R::Value>| {
+            for _ in 0..self.periods {
+                advance(lanes, numbers, &states.rates, place, held);
+            }
+        };
+        if R::Value::none(taken & moves) {
+            periods(&mut place, &mut held);
+        } else {
+            let (goes_on, arrival) = stride(lanes, numbers, states, &place, &held);
+            let (mut there, mut over) = (place, held);
+            arrive(&mut there, &mut over, &arrival);
+            // those that do not go on take the periods one after the other
+            let left = R::Value::choose(goes_on, zero, zero.flag(taken));
+            if !R::Value::none(zero.less(left)) {
+                periods(&mut place, &mut held);
+                there = there.or(goes_on, &place);
+                over = over.or(goes_on, &held);
+            }
+            (place, held) = (there, over);
         }
         // where a voltage would be cut its twin goes back to where it was
         if !R::Value::none(lanes.all(0.0).less(held.cut)) {
@@ -369,12 +454,60 @@ fn drive<R: Reach>(
         // held over the periods that follow
         electric_speed: numbers.pole_pairs * measured,
         back_emf: numbers.back_emf * measured,
-        sum: zero,
         torque: zero,
         friction: zero,
         saturated: zero.unless(within_limit),
         cut: zero,
     }
+}
+
+/// All periods of the current loop in one stride: where that can be, and what it comes to there.
+#[inline(always)]
+fn stride<R: Reach>(
+    lanes: R,
+    n: &TwinNumbers,
+    states: &TwinRows,
+    place: &Place<R::Value>,
+    held: &Held<R::Value>,
+) -> (<R::Value as Number>::Mask, Arrival<R::Value>) {
+    let carried = &place.carried;
+    let departure = Departure {
+        command: carried.command,
+        integral: carried.integral_q,
+        pending: carried.pending_q,
+        integral_d: carried.integral_d,
+        electric_speed: held.electric_speed,
+        back_emf: held.back_emf,
+        load_most: lanes.get(&states.rates.load_most),
+        load_constant: lanes.get(&states.rates.load_constant),
+    };
+    let (tables, zero) = (&states.strides, lanes.all(0.0));
+    let products = |inputs: &[R::Value; INPUTS]| {
+        let mut sums = ([zero; OUTCOMES], [zero; BOUNDS]);
+        // row by row: the inputs stay in the processor's registers
+        for (sum, row) in sums.0.iter_mut().zip(&tables.outcomes) {
+            for (input, entry) in inputs.iter().zip(row) {
+                *sum = *sum + lanes.get(entry) * *input;
+            }
+        }
+        for (sum, row) in sums.1.iter_mut().zip(&tables.bounds) {
+            for (input, entry) in inputs.iter().zip(row) {
+                *sum = *sum + lanes.get(entry) * input.abs();
+            }
+        }
+        sums
+    };
+    let numbers = n.stride.map(|row| lanes.get(row));
+    departure.stride(&numbers, &place.masses, products)
+}
+
+/// Puts twins where a stride brings them.
+#[inline(always)]
+fn arrive<N: Number>(place: &mut Place<N>, held: &mut Held<N>, arrival: &Arrival<N>) {
+    place.masses = arrival.masses;
+    place.carried.integral_q = arrival.integral;
+    place.carried.pending_q = arrival.pending;
+    (held.torque, held.friction) = (arrival.shaft, arrival.motor_friction);
 }
 
 /// A period of the current loop, and motor, shaft and load.
@@ -406,7 +539,6 @@ fn advance<R: Reach>(
     // the law here has no cut: a lane past the limit is marked and later stepped by itself from
     // its old state
     held.cut = R::Value::choose(limited, lanes.all(1.0), held.cut);
-    held.sum = held.sum + masses.current;
     // motor, shaft and load under the voltage that acts in this period
     let (next, torques) = n.motor.map(|row| lanes.get(row)).advance(
         &rates.map(|row| lanes.get(row)),

@@ -525,6 +525,11 @@ pub(crate) fn counted<N: Number>(position: N, step: N) -> N {
 // Which drives a batch can step.
 
 impl Servo {
+    /// Numbers of the current loops.
+    pub(crate) fn current_loop(&self) -> &CurrentNumbers<f64> {
+        &self.current_numbers
+    }
+
     /// Numbers of the current loops for a batch; `None` where the command changes within a servo
     /// period.
     pub(crate) fn current_numbers(&self) -> Option<&CurrentNumbers<f64>> {

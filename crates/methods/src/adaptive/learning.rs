@@ -34,6 +34,10 @@ const BLOCKS_TO_KNOW: u32 = 8;
 /// contact. A choice: half way between a sliding load, whose shaft carries all of its friction, and
 /// a loose one, whose shaft carries none.
 const LOOSE_SHARE: f64 = 0.5;
+/// Change of the inertia, part of it, from which on the load that is used is made anew, and that of a torque, part of the
+/// rated one. A choice: far below what is known of either; smaller ones make the tables of the twin anew for nothing.
+const LEAST_CHANGE: f64 = 1e-3;
+const LEAST_TORQUE_CHANGE: f64 = 5e-5;
 /// Torque behind the motor below which nothing is in contact, part of the rated torque: far below
 /// any friction, above the noise of a block.
 const UNLOADED_SHARE: f64 = 1e-3;
@@ -347,13 +351,28 @@ impl LearningState {
         if self.blocks >= BLOCKS_TO_KNOW {
             let unit = units(motor.inertia, motor.rated_torque);
             let mean = self.filter.possible(self.anchored());
-            load.inertia = mean[0].clamp(LEAST_INERTIA, LARGEST_INERTIA) * unit[0];
-            load.viscous = mean[1].max(0.0) * unit[1];
-            load.coulomb = mean[2].max(0.0) * unit[2];
-            load.constant = mean[3] * unit[3];
+            let found = LoadModel {
+                inertia: mean[0].clamp(LEAST_INERTIA, LARGEST_INERTIA) * unit[0],
+                viscous: mean[1].max(0.0) * unit[1],
+                coulomb: mean[2].max(0.0) * unit[2],
+                constant: mean[3] * unit[3],
+                ..*load
+            };
+            if !self.known || differs(&found, load, &unit) {
+                *load = found;
+            }
             self.known = true;
         }
     }
+}
+
+/// Whether a load differs so much from the one that is used that it takes its place.
+fn differs(found: &LoadModel, used: &LoadModel, unit: &LoadVector) -> bool {
+    let off = |of: fn(&LoadModel) -> f64| (of(found) - of(used)).abs();
+    off(|load| load.inertia) > LEAST_CHANGE * used.inertia
+        || off(|load| load.viscous) > LEAST_TORQUE_CHANGE * unit[1]
+        || off(|load| load.coulomb) > LEAST_TORQUE_CHANGE * unit[2]
+        || off(|load| load.constant) > LEAST_TORQUE_CHANGE * unit[3]
 }
 
 /// The shaft of a load, with the time between two blocks.

@@ -14,14 +14,23 @@
 //! ```
 //! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque
 //! exceeds its friction. The quotient has four values, one for each of who holds, and is taken once
-//! in a servo period; sums are ordered so that what comes late in a period is added last.
+//! in a servo period; sums are ordered so that what comes late in a period is added last. A servo period
+//! in which both slide on is one product with a table (`stride`).
+
+mod law;
+mod stride;
+
+pub(crate) use law::{MotorNumbers, Rates, TwinMasses};
+use stride::Products;
+pub(crate) use stride::{
+    Arrival, BOUNDS, Departure, INPUTS, OUTCOMES, Stride, StrideNumbers, Tables,
+};
 
 use crate::config::AxisConfig;
-use crate::number::numbers;
 use crate::plant::{Contact, Friction, Mode, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{Correction, Reference};
-use lostmotion_base::Number;
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
 /// Motor and drive of the twin.
@@ -31,6 +40,10 @@ pub struct Twin {
     period_s: f64,
     inertia: f64,
     numbers: MotorNumbers<f64>,
+    stride: StrideNumbers<f64>,
+    /// Whether the command stays over a servo period, as a stride asks for.
+    strides: bool,
+    arch: Arch,
 }
 
 /// Where the twin is.
@@ -44,6 +57,8 @@ pub struct TwinState {
     pub torque: f64,
     /// Torque of the motor's Coulomb friction on the motor, N m.
     pub motor_friction: f64,
+    #[serde(skip)]
+    pub(crate) stride: Stride,
 }
 
 /// What of the twin's state others look at.
@@ -122,8 +137,19 @@ impl Twin {
             config.current_period_us() * 1e-6,
         );
         let numbers = MotorNumbers::new(config, inertia, h);
+        let servo = Servo::new(&ideal);
         Twin {
-            servo: Servo::new(&ideal),
+            stride: StrideNumbers {
+                resistance: config.motor.phase_resistance_ohm(),
+                back_emf: config.motor.back_emf_v_s_per_rad(),
+                inductance: servo.current_loop().inductance,
+                limit_squared: servo.current_loop().limit_squared,
+                motor_most: numbers.motor_most,
+                coulomb: numbers.coulomb,
+            },
+            strides: servo.current_numbers().is_some(),
+            arch: Arch::new(),
+            servo,
             period_s: h,
             inertia,
             numbers,
@@ -161,6 +187,7 @@ impl Twin {
             plant,
             torque: held,
             motor_friction: 0.0,
+            stride: Stride::default(),
         }
     }
 
@@ -172,8 +199,6 @@ impl Twin {
         next: &Reference,
         load: &LoadModel,
     ) {
-        // a drive's mean current is of one servo period
-        state.servo.current.sum = 0.0;
         // the axis' own cascade, uncorrected
         let measured = self.servo.measure(&mut state.servo, &state.plant);
         self.servo.command(
@@ -183,6 +208,50 @@ impl Twin {
             &measured,
             &Correction::NONE,
         );
+        if !self.strides(state, load) {
+            self.periods(state, load);
+        }
+        // nobody asks a twin for its mean current
+        state.servo.current.sum = 0.0;
+    }
+
+    /// The periods of the current loop all at once, if they can be.
+    #[inline(always)]
+    fn strides(&self, state: &mut TwinState, load: &LoadModel) -> bool {
+        let x = state.plant.masses();
+        // at rest nothing is asked that the bounds would deny
+        if !self.strides || x.motor == 0.0 || x.load == 0.0 {
+            return false;
+        }
+        let (velocity, current) = (&state.servo.velocity, &mut state.servo.current);
+        let departure = Departure {
+            command: velocity.current_command,
+            integral: current.integral_q,
+            pending: current.pending[1],
+            integral_d: current.integral_d,
+            electric_speed: current.electric_speed,
+            back_emf: current.back_emf,
+            load_most: self.period_s / load.inertia * load.coulomb,
+            load_constant: load.constant,
+        };
+        let tables = state.stride.tables(self, load);
+        let products = |inputs: &[f64; INPUTS]| {
+            let (outcomes, [motor, load, current, voltage, ..]) =
+                self.arch.dispatch(Products { tables, inputs });
+            (outcomes, [motor, load, current, voltage])
+        };
+        let (goes_on, arrival) = departure.stride(&self.stride, &x, products);
+        if goes_on {
+            (current.integral_q, current.pending[1]) = (arrival.integral, arrival.pending);
+            state.plant.take(&arrival.masses);
+            (state.torque, state.motor_friction) = (arrival.shaft, arrival.motor_friction);
+        }
+        goes_on
+    }
+
+    /// One after the other.
+    #[inline(never)]
+    fn periods(&self, state: &mut TwinState, load: &LoadModel) {
         // the load stays as it is over the servo period
         let rates = self.rates(load);
         for _ in 0..self.servo.current_steps() {
@@ -215,6 +284,11 @@ impl Twin {
     /// The motor's numbers for a batch.
     pub(crate) fn numbers(&self) -> &MotorNumbers<f64> {
         &self.numbers
+    }
+
+    /// What of drive and motor a stride asks for, for a batch.
+    pub(crate) fn stride(&self) -> &StrideNumbers<f64> {
+        &self.stride
     }
 
     /// Period of the current loop, s.
@@ -283,234 +357,5 @@ impl LoadModel {
             stiffness: load.stiffness_nm_per_rad,
             damping: load.damping_nm_s_per_rad,
         }
-    }
-}
-
-numbers! {
-    /// What the motor's equations compute with, over a period h of the current loop.
-    MotorNumbers {
-        /// Part of the current that a period leaves, 1/(1 + R h/L).
-        current_keep,
-        /// Current that a voltage adds in a period, A/V.
-        current_gain,
-        /// Current that the motor's speed takes in a period, A s/rad.
-        current_brake,
-        /// N m/A.
-        torque_constant,
-        /// N m s/rad.
-        viscous,
-        /// Torque that the motor's speed takes, by the current that it takes and by viscous friction, N m s/rad.
-        brake,
-        /// N m.
-        coulomb,
-        /// h/J_M.
-        motor_step,
-        /// What Coulomb friction takes of the speed in a period, rad/s.
-        motor_most,
-        /// J_M/h: the torque for a change of speed.
-        friction_scale,
-    }
-}
-
-numbers! {
-    /// What the load's equations compute with, as long as the load stays the same.
-    Rates {
-        /// N m.
-        load_constant,
-        /// N m s/rad.
-        load_viscous,
-        /// N m.
-        load_coulomb,
-        /// h/J_L.
-        load_step,
-        /// What Coulomb friction takes of the speed in a period, rad/s.
-        load_most,
-        /// N m/rad.
-        stiffness,
-        /// h k + d: the torque of the shaft for a speed of its ends against each other, N m s/rad.
-        by_rate,
-        /// g/J_M: its torque for one on the motor.
-        by_motor,
-        /// g/J_L: its torque for one on the load.
-        by_load,
-        /// Part of it that is left where its ends give way to it: both,
-        both_give,
-        /// the motor alone,
-        motor_gives,
-        /// the load alone.
-        load_gives,
-    }
-}
-
-numbers! {
-    /// Where motor, shaft and load of a twin are.
-    TwinMasses {
-        /// i_q, A.
-        current,
-        /// Angle of the motor ahead of the load, rad.
-        lead,
-        /// Speed of the motor, rad/s.
-        motor,
-        /// Speed of the load, rad/s.
-        load,
-        /// Position of the load, rad.
-        place,
-    }
-}
-
-impl PlantState {
-    /// Where a twin is that keeps its state as a plant's.
-    #[inline]
-    pub(crate) fn masses(&self) -> TwinMasses<f64> {
-        TwinMasses {
-            current: self.current_q,
-            lead: self.gap_angle,
-            motor: self.motor_velocity,
-            load: self.load_velocity,
-            place: self.load_position,
-        }
-    }
-
-    /// Puts it there.
-    #[inline]
-    pub(crate) fn take(&mut self, masses: &TwinMasses<f64>) {
-        self.current_q = masses.current;
-        self.gap_angle = masses.lead;
-        self.motor_velocity = masses.motor;
-        self.load_velocity = masses.load;
-        self.load_position = masses.place;
-    }
-}
-
-/// Torques in a period, N m.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TwinTorques<N> {
-    /// Of the shaft on the load.
-    pub(crate) shaft: N,
-    /// Of the motor's Coulomb friction on the motor.
-    pub(crate) motor_friction: N,
-}
-
-impl<N: Number> MotorNumbers<N> {
-    /// One period h of the current loop with a held voltage: see the head of this file.
-    #[inline(always)]
-    pub(crate) fn advance(
-        &self,
-        rates: &Rates<N>,
-        x: &TwinMasses<N>,
-        h: N,
-        voltage: N,
-    ) -> (TwinMasses<N>, TwinTorques<N>) {
-        let (zero, one) = (h.zero(), h.constant(1.0));
-        // the winding, implicit in the current, and the motor's torque with it
-        let pushed = self.current_keep * x.current + self.current_gain * voltage;
-        let current = pushed - self.current_brake * x.motor;
-        let drive = self.torque_constant * pushed - self.brake * x.motor;
-        let drag = -rates.load_constant - rates.load_viscous * x.load;
-        // friction that holds a mass at rest takes whatever torque the shaft puts on it
-        let holds = |coulomb: N, speed: N| zero.less(coulomb) & speed.abs().at_most(zero);
-        let (motor_holds, load_holds) = (
-            holds(self.coulomb, x.motor),
-            holds(rates.load_coulomb, x.load),
-        );
-        let by_motor = N::choose(motor_holds, zero, rates.by_motor);
-        let by_load = N::choose(load_holds, zero, rates.by_load);
-        let left = N::choose(
-            motor_holds,
-            N::choose(load_holds, one, rates.load_gives),
-            N::choose(load_holds, rates.motor_gives, rates.both_give),
-        );
-        // the shaft's torque, implicit in the ends' accelerations
-        let wound = rates.stiffness * x.lead + rates.by_rate * (x.motor - x.load) - by_load * drag;
-        let shaft = (wound + by_motor * drive) * left;
-        let free_motor = (x.motor + self.motor_step * drive) - self.motor_step * shaft;
-        let free_load = (x.load + rates.load_step * drag) + rates.load_step * shaft;
-        let (motor, friction) = slide(x.motor, free_motor, self.motor_most);
-        let (load, _) = slide(x.load, free_load, rates.load_most);
-        // semi-implicit: positions go on with the new speeds
-        let masses = TwinMasses {
-            current,
-            lead: x.lead + h * (motor - load),
-            motor,
-            load,
-            place: x.place + h * load,
-        };
-        let torques = TwinTorques {
-            shaft,
-            motor_friction: friction * self.friction_scale,
-        };
-        (masses, torques)
-    }
-}
-
-/// What Coulomb friction that takes at most `most` leaves of the speed that a mass would have without it;
-/// and what the friction added.
-#[inline(always)]
-fn slide<N: Number>(speed: N, free: N, most: N) -> (N, N) {
-    let zero = speed.zero();
-    let taken = free.clamp(-most, most);
-    let left = free - taken;
-    // friction acts against the sliding before, so it can stop a mass within the step and not turn
-    // it round
-    let stops = (speed * left).less(zero);
-    (N::choose(stops, zero, left), -N::choose(stops, free, taken))
-}
-
-impl MotorNumbers<f64> {
-    fn new<C>(config: &AxisConfig<C>, inertia: f64, h: f64) -> MotorNumbers<f64> {
-        let motor = &config.motor;
-        // implicit Euler in the winding: i' = (i + h/L (u - K_e w)) / (1 + R h/L)
-        let share = h / motor.phase_inductance_h();
-        let keep = 1.0 / (1.0 + share * motor.phase_resistance_ohm());
-        let (gain, viscous) = (share * keep, motor.viscous_nm_s_per_rad);
-        let current_brake = gain * motor.back_emf_v_s_per_rad();
-        MotorNumbers {
-            current_keep: keep,
-            current_gain: gain,
-            current_brake,
-            torque_constant: motor.torque_constant_nm_per_a,
-            viscous,
-            brake: motor.torque_constant_nm_per_a * current_brake + viscous,
-            coulomb: motor.coulomb_nm,
-            motor_step: h / inertia,
-            motor_most: h / inertia * motor.coulomb_nm,
-            friction_scale: inertia / h,
-        }
-    }
-}
-
-impl Rates<f64> {
-    #[inline]
-    fn new(load: &LoadModel, motor_step: f64, h: f64) -> Rates<f64> {
-        let load_step = h / load.inertia;
-        let by_rate = h * load.stiffness + load.damping;
-        let (by_motor, by_load) = (by_rate * motor_step, by_rate * load_step);
-        Rates {
-            load_constant: load.constant,
-            load_viscous: load.viscous,
-            load_coulomb: load.coulomb,
-            load_step,
-            load_most: load_step * load.coulomb,
-            stiffness: load.stiffness,
-            by_rate,
-            by_motor,
-            by_load,
-            both_give: 1.0 / (1.0 + by_motor + by_load),
-            motor_gives: 1.0 / (1.0 + by_motor),
-            load_gives: 1.0 / (1.0 + by_load),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn friction_stops_a_mass_and_then_holds_it() {
-        assert_eq!(slide(1.0, 1.0, 0.25), (0.75, -0.25));
-        assert_eq!(slide(0.1, 0.1, 0.25).0, 0.0);
-        assert_eq!(slide(0.0, 0.2, 0.25), (0.0, -0.2));
-        assert_eq!(slide(0.0, -0.3, 0.25).0, -0.3 + 0.25);
     }
 }
