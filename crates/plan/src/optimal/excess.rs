@@ -32,6 +32,11 @@ const TAPER_COEFFICIENTS: f64 = 60.0;
 /// Intervals, each with the part of its limits of acceleration and jerk that is left to it.
 pub(super) type Excess = Vec<(usize, [f64; 2])>;
 
+/// The part of a limit that is passed where this part of it is left.
+pub(super) fn passed(left: f64) -> f64 {
+    ((1.0 - TIGHTEN_MARGIN) / left - 1.0).max(0.0)
+}
+
 /// Holds differences of the samples against the joints' limits.
 #[derive(Clone, Debug)]
 pub(crate) struct LimitJudge {

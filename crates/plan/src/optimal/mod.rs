@@ -38,11 +38,15 @@ const TAIL_ROOM: f64 = 0.9;
 /// Parts of what the last window output that it outputs instead where nothing better than the nominal pace is
 /// found behind it, or what is found passes a limit, one after the other. A choice: a window that begins just
 /// before a corner, whose samples the one before has shifted, begins well before it then.
-const OTHER_CUTS: [f64; 4] = [0.75, 0.5, 0.875, 0.625];
-/// Part of a limit that a window has to pass for another cut to be tried, and that neither may pass with it where
-/// that was the cause. A choice: a window that is not mended passes one by up to 0.1 %.
-const BAD_BEYOND: f64 = 1.5e-3;
-const GOOD_BEYOND: f64 = 2e-4;
+const OTHER_CUTS: [f64; 5] = [0.75, 0.5, 0.875, 0.625, 0.25];
+/// Part of a limit that a window may pass: beyond that another cut is tried. A choice: a third of what a plan may
+/// take beyond that of `fast`.
+const MOST_BEYOND: f64 = 1e-4;
+/// The same where a motion takes the place of one in which nothing better was found, which loses more than that
+/// passes.
+const FOUND_BEYOND: f64 = 1e-3;
+/// Part of the time of two windows that keeping a limit may cost. A choice: some samples.
+const MENDED_LONGER: f64 = 2e-3;
 /// Length of a window in margins held back. A choice: three quarters of each window are output;
 /// longer windows cost memory, shorter ones plan more twice.
 const WINDOW_MARGINS: usize = 4;
@@ -92,15 +96,14 @@ struct Last {
 #[derive(Clone, Debug)]
 struct Outcome {
     samples: Vec<Placed>,
-    /// The least part of a limit that is left to an interval of them; none where nothing better was found than
-    /// what stands in.
-    least: Option<f64>,
+    /// The largest part of a limit that they pass; none where nothing better was found than what stands in.
+    beyond: Option<f64>,
 }
 
 impl Outcome {
-    /// Whether it is faster than what stands in for it, and passes limits by no more than this part.
-    fn is_good(&self, beyond: f64) -> bool {
-        self.least.is_some_and(|least| least >= 1.0 - beyond)
+    /// Whether it is faster than what stands in for it, and keeps limits.
+    fn is_good(&self) -> bool {
+        self.beyond.is_some_and(|beyond| beyond <= MOST_BEYOND)
     }
 }
 
@@ -178,7 +181,7 @@ impl Retimer {
             given,
             trial: take(&mut self.windows, [start, end], given),
         };
-        if !now.trial.is_good(BAD_BEYOND)
+        if !now.trial.is_good()
             && let Some(last) = &self.last
             && let Some((windows, first, second)) = cut_elsewhere(last, &now, end)
         {
@@ -211,24 +214,23 @@ impl Retimer {
 /// Plans a window and takes what it outputs off its points.
 fn take(windows: &mut Windows, ends: [End; 2], given: usize) -> Outcome {
     let trial = windows.best(ends, given, windows.known().saturating_sub(2));
-    let least = trial.kept_limits(given);
+    let beyond = trial.beyond(given);
     Outcome {
         samples: windows.give(trial, given),
-        least,
+        beyond,
     }
 }
 
-/// The last window and this one with another cut between them, if both are good then and take less time, or keep
-/// limits that they passed.
+/// The last window and this one with another cut between them: the first with which both are good, or the one that
+/// passes limits least. They take no longer than as they are, or hardly where they keep limits that were passed.
 fn cut_elsewhere(last: &Last, now: &Last, end: End) -> Option<(Windows, Last, Last)> {
     let before = last.trial.samples.len() + now.trial.samples.len();
-    // what passes a limit has to be mended by it; what stands in loses more than a solution passes
-    let beyond = if now.trial.least.is_some() {
-        GOOD_BEYOND
-    } else {
-        BAD_BEYOND
+    let (mut least, longest) = match now.trial.beyond {
+        Some(beyond) => (beyond, (1.0 + MENDED_LONGER) * before as f64),
+        None => (FOUND_BEYOND, before as f64),
     };
-    OTHER_CUTS.into_iter().find_map(|part| {
+    let mut best = None;
+    for part in OTHER_CUTS {
         let mut windows = last.before.clone();
         // all that is known by now
         windows.points.truncate(last.given);
@@ -247,10 +249,18 @@ fn cut_elsewhere(last: &Last, now: &Last, end: End) -> Option<(Windows, Last, La
             given: left,
             trial: take(&mut windows, [End::Moving, end], left),
         };
-        let is_good = [&first, &second]
-            .iter()
-            .all(|window| window.trial.is_good(beyond));
+        let (Some(one), Some(other)) = (first.trial.beyond, second.trial.beyond) else {
+            continue;
+        };
+        let beyond = one.max(other);
         let taken = first.trial.samples.len() + second.trial.samples.len();
-        (is_good && taken <= before).then_some((windows, first, second))
-    })
+        if beyond < least && taken as f64 <= longest {
+            least = beyond;
+            best = Some((windows, first, second));
+            if beyond <= MOST_BEYOND {
+                break;
+            }
+        }
+    }
+    best
 }

@@ -87,12 +87,12 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// The least part of a limit that is left to the first intervals; none where nothing better was found than
-    /// what stands in.
-    pub(crate) fn kept_limits(&self, intervals: usize) -> Option<f64> {
+    /// The largest part of a limit that is passed in the first intervals; none where nothing better was found
+    /// than what stands in.
+    pub(crate) fn beyond(&self, intervals: usize) -> Option<f64> {
         let output = self.excess.iter().filter(|(at, _)| *at < intervals);
-        let least = output.flat_map(|(_, scale)| *scale).fold(1.0, f64::min);
-        (!self.is_kept).then_some(least)
+        let passed = output.flat_map(|(_, scale)| scale.map(excess::passed));
+        (!self.is_kept).then_some(passed.fold(0.0, f64::max))
     }
 
     /// The least part of a limit that is left to an interval.
