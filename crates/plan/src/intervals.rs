@@ -1,6 +1,6 @@
 //! Bounds of the joints' derivatives along a piece of path.
 
-use crate::demand::{Demand, Interval};
+use crate::demand::{Demand, Interval, JointDemand};
 use crate::machine::Machine;
 use crate::piece::Piece;
 use lostmotion_base::{AXES, Coords, Jet};
@@ -137,7 +137,7 @@ pub(crate) fn demands(
     // Bounds of the whole quintic tell how many parts are worth having.
     if let (Curve::Quintic(quintic), JointMap::Shifted) = (&piece.curve, kinematics.joint_map()) {
         let mut whole = signed(quintic, 0.0, length);
-        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(chord_speed(
+        whole.feed = feed(piece, 0.0, length, slopes(&whole)).min(chord_speed(
             piece,
             machine,
             kinematics,
@@ -163,7 +163,7 @@ pub(crate) fn demands(
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
                 curve => magnitudes(curve, s0, s1),
             };
-            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(chord_speed(
+            demand.feed = feed(piece, s0, s1, slopes(&demand)).min(chord_speed(
                 piece,
                 machine,
                 kinematics,
@@ -184,10 +184,19 @@ pub(crate) fn demands(
     Ok(out)
 }
 
+/// The largest slope of every joint.
+fn slopes(demand: &Demand) -> Coords {
+    Coords(demand.joints.map(|joint| joint.first))
+}
+
 /// Bounds of the magnitudes.
 fn magnitudes(curve: &Curve, s0: f64, s1: f64) -> Demand {
     let (d1, d2, d3) = curve.max_derivatives(s0, s1);
-    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
+    let joint = |k: usize| JointDemand::new(d1.0[k], d2.0[k], d3.0[k]);
+    Demand {
+        joints: std::array::from_fn(joint),
+        ..Demand::NONE
+    }
 }
 
 /// Bounds of the derivatives over part of a quintic by their control points there.
@@ -197,18 +206,20 @@ fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
         // A Bezier polynomial lies within the hull of its control points, and its derivatives
         // within those of their differences.
         let (first, second, third) = quintic.derivative_points(joint, s0, s1);
-        demand.d[0][joint] = first
-            .into_iter()
-            .fold(0.0, |most: f64, b| most.max(b.abs()));
+        let most = first.into_iter();
+        let first = most.fold(0.0, |most: f64, b| most.max(b.abs()));
         // Each side apart: bending one way must not be charged with the jerk of bending the other
         // way.
-        for (order, points) in [second.as_slice(), &third].into_iter().enumerate() {
+        let [second, third] = [second.as_slice(), &third].map(|points| {
             let up = points.iter().fold(0.0, |most: f64, b| most.max(*b));
             let down = points.iter().fold(0.0, |most: f64, b| most.max(-b));
-            demand.sides[order][0][joint] = up;
-            demand.sides[order][1][joint] = down;
-            demand.d[order + 1][joint] = up.max(down);
-        }
+            [up, down]
+        });
+        demand.joints[joint] = JointDemand {
+            first,
+            second,
+            third,
+        };
     }
     demand
 }
@@ -292,19 +303,19 @@ fn curved_demands(
     // A peak of the speed between the three places shows in the travel alone.
     let hidden = hides_a_peak(&jets, s1 - s0);
     for (joint, ((first, second), third)) in first.iter().zip(&second).zip(&third).enumerate() {
-        for order in 1..4 {
+        let most = [1, 2, 3].map(|order| {
             let (a, m, b) = (first.0[order], second.0[order], third.0[order]);
             let largest = a.abs().max(m.abs()).max(b.abs());
             // No bound of the next derivative is known: the middle's distance from the chord stands
             // for what the function may rise above all three values.
             let sagitta = (m - 0.5 * (a + b)).abs();
             smooth &= sagitta <= CHORD_DEPARTURE * largest + f64::EPSILON;
-            demand.d[order - 1][joint] = largest + sagitta;
-        }
+            largest + sagitta
+        });
+        demand.joints[joint] = JointDemand::new(most[0], most[1], most[2]);
     }
     // The first halvings make the derivatives smooth; all of them are spent on a hidden peak.
     if (smooth || halvings <= PEAK_HALVINGS) && (!hidden || halvings == 0) {
-        demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
         let chord = machine.chord.as_ref().map_or(f64::INFINITY, |chord| {
             chord.speed([&first, &second, &third], &piece.tool_mm)
@@ -346,19 +357,27 @@ mod tests {
                         .zip(d.0)
                         .all(|((up, down), d)| -down - 1e-9 <= d && d <= up + 1e-9)
                 };
-                assert!(within([&demand.d[0]; 2], at.d1));
+                let of = |joint: fn(&JointDemand) -> f64| demand.joints.each_ref().map(joint);
+                assert!(within([&of(|joint| joint.first); 2], at.d1));
                 assert!(
-                    within([&demand.sides[0][0], &demand.sides[0][1]], at.d2),
+                    within(
+                        [&of(|joint| joint.second[0]), &of(|joint| joint.second[1])],
+                        at.d2
+                    ),
                     "second from {s0} to {s1}"
                 );
                 assert!(
-                    within([&demand.sides[1][0], &demand.sides[1][1]], at.d3),
+                    within(
+                        [&of(|joint| joint.third[0]), &of(|joint| joint.third[1])],
+                        at.d3
+                    ),
                     "third from {s0} to {s1}"
                 );
                 (second, third) = (second.max(at.d2.0[1].abs()), third.max(at.d3.0[1].abs()));
             }
             if s1 - s0 < 0.1 {
-                assert!(demand.d[1][1] < 1.05 * second && demand.d[2][1] < 1.05 * third);
+                let most = demand.joints[1].most();
+                assert!(most.d2 < 1.05 * second && most.d3 < 1.05 * third);
             }
         }
     }

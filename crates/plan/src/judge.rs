@@ -53,7 +53,10 @@ impl Judge for TimeJudge<'_> {
         }
         let pace = self.machine.speed_cap(&all);
         // The lines beside it: acceleration, and the speed that is reached between two stops.
-        let straight = Demand::new([all.d[0], [0.0; 9], [0.0; 9]], before.feed.min(next.feed));
+        let straight = Demand {
+            feed: before.feed.min(next.feed),
+            ..all.straightened()
+        };
         let window = self.machine.window_s(&all);
         let acceleration = self.machine.acceleration(
             &straight,

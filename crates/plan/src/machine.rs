@@ -6,7 +6,7 @@
 //! jerk of at most a / T.
 
 use crate::chord::Chord;
-use crate::demand::{Demand, Direction, Interval, JointDerivs, sides};
+use crate::demand::{Demand, Direction, Interval, JointDerivs};
 use crate::motion::Knot;
 use lostmotion_base::{AXES, AxisLimits, math};
 
@@ -135,15 +135,7 @@ impl Machine {
     /// Takes in the demands of another stretch on the joints that there are.
     pub(crate) fn join(&self, all: &mut Demand, other: &Demand) {
         for JointLimits { index, .. } in &self.joints {
-            for order in 0..3 {
-                all.d[order][*index] = all.d[order][*index].max(other.d[order][*index]);
-            }
-            for order in 0..2 {
-                for side in 0..2 {
-                    all.sides[order][side][*index] =
-                        all.sides[order][side][*index].max(other.sides[order][side][*index]);
-                }
-            }
+            all.joints[*index].join(&other.joints[*index]);
         }
     }
 
@@ -157,10 +149,10 @@ impl Machine {
     /// The window T over which the slowest moving joint builds up its acceleration: the largest A /
     /// J, s.
     pub(crate) fn window_s(&self, demand: &Demand) -> f64 {
-        let moving = self
-            .joints
-            .iter()
-            .filter(|joint| demand.d[0][joint.index] > 0.0 || demand.d[1][joint.index] > 0.0);
+        let moving = self.joints.iter().filter(|joint| {
+            let JointDerivs { d1, d2, .. } = demand.joints[joint.index].most();
+            d1 > 0.0 || d2 > 0.0
+        });
         moving.map(|joint| joint.a / joint.j).fold(0.0, f64::max)
     }
 
@@ -185,7 +177,7 @@ impl Machine {
     pub(crate) fn speed_cap(&self, demand: &Demand) -> f64 {
         let mut cap = demand.feed;
         for joint in &self.joints {
-            let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
+            let JointDerivs { d1, d2, d3 } = demand.joints[joint.index].most();
             // Velocity d1 v. The tests below compare products, since roots are only needed where a
             // joint binds.
             if d1 > 0.0 {
@@ -218,7 +210,7 @@ impl Machine {
         // jerk builds up within the window.
         let mut a = most;
         for joint in &self.joints {
-            let JointDerivs { d1, d2, .. } = demand.joint(joint.index);
+            let JointDerivs { d1, d2, .. } = demand.joints[joint.index].most();
             let room = joint.a - d2 * v * v;
             if d1 * a > room {
                 a = room.max(0.0) / d1;
@@ -228,12 +220,12 @@ impl Machine {
             }
         }
         for joint in &self.joints {
-            let JointDerivs { d2, d3, .. } = demand.joint(joint.index);
+            let JointDerivs { d2, d3, .. } = demand.joints[joint.index].most();
             // On curves the jerk of the curve adds to that of the window, for each side by itself.
             if d2 == 0.0 && d3 == 0.0 {
                 continue;
             }
-            for side in sides(demand, direction, joint.index) {
+            for side in demand.joints[joint.index].sides(direction) {
                 a = joint.jerk_room(side, cap, v, window_s, a);
             }
         }
@@ -244,7 +236,7 @@ impl Machine {
     pub(crate) fn straight_acceleration(&self, demand: &Demand, window_s: f64) -> f64 {
         let mut a = NO_LIMIT;
         for joint in &self.joints {
-            let d1 = demand.d[0][joint.index];
+            let d1 = demand.joints[joint.index].first;
             if d1 * a > joint.a {
                 a = joint.a.max(0.0) / d1;
             }
@@ -259,7 +251,7 @@ impl Machine {
     pub(crate) fn pull(&self, demand: &Demand, b: f64) -> f64 {
         let mut a = NO_LIMIT;
         for joint in &self.joints {
-            let JointDerivs { d1, d2, .. } = demand.joint(joint.index);
+            let JointDerivs { d1, d2, .. } = demand.joints[joint.index].most();
             let room = joint.a - d2 * b;
             if d1 * a > room {
                 a = room.max(0.0) / d1;
@@ -280,13 +272,16 @@ impl Machine {
     ) -> bool {
         self.joints.iter().all(|joint| {
             // The conditions of `acceleration`, without solving for the bound.
-            let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
+            let JointDerivs { d1, d2, d3 } = demand.joints[joint.index].most();
             let side = |side| {
                 joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s)
             };
             (d1 == 0.0 || d2 * v * v + d1 * a <= joint.a && d1 * a <= joint.j * window_s)
                 && (d2 == 0.0 && d3 == 0.0
-                    || sides(demand, direction, joint.index).into_iter().all(side))
+                    || demand.joints[joint.index]
+                        .sides(direction)
+                        .into_iter()
+                        .all(side))
         })
     }
 
@@ -303,7 +298,7 @@ impl Machine {
         );
         v <= demand.feed * part
             && self.joints.iter().all(|joint| {
-                let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
+                let JointDerivs { d1, d2, d3 } = demand.joints[joint.index].most();
                 d1 * v <= joint.v * part
                     && d1 * a + d2 * v * v <= joint.a * part
                     && d1 * j + (3.0 * d2 * a + d3 * v * v) * v <= joint.j * part
@@ -320,8 +315,9 @@ impl Machine {
             speed = speed.max(interval.cap);
         }
         let least = |limit: fn(&JointLimits) -> f64| {
-            let of =
-                |joint: &JointLimits| limit(joint) / all.d[0][joint.index].max(f64::MIN_POSITIVE);
+            let of = |joint: &JointLimits| {
+                limit(joint) / all.joints[joint.index].first.max(f64::MIN_POSITIVE)
+            };
             self.joints.iter().map(of).fold(f64::INFINITY, f64::min)
         };
         // Path acceleration and jerk that every moving joint can follow.
@@ -336,8 +332,8 @@ impl Machine {
         let jerk = self
             .joints
             .iter()
-            .filter(|joint| demand.d[0][joint.index] > 0.0)
-            .map(|joint| joint.j / demand.d[0][joint.index]);
+            .filter(|joint| demand.joints[joint.index].first > 0.0)
+            .map(|joint| joint.j / demand.joints[joint.index].first);
         let jerk = jerk.fold(f64::INFINITY, f64::min);
         let speed = self.speed_cap(demand);
         // Jerk alone reaches the speed v in two windows of sqrt(v/j), and covers a way s from rest

@@ -197,7 +197,7 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
         section
             .intervals
             .iter()
-            .any(|interval| interval.demand.d[0][joint] > 0.0)
+            .any(|interval| interval.demand.joints[joint].first > 0.0)
     };
     let moving: Vec<(usize, [f64; 3])> = section
         .machine
