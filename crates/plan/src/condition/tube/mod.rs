@@ -233,7 +233,10 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
     let ties = given.map(Tie::by_length);
     let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
-    let mut coefficients: Vec<Vec3> = (0..count).map(|j| way.place(breaks.greville(j))).collect();
+    let mut walk = way.walk();
+    let mut coefficients: Vec<Vec3> = (0..count)
+        .map(|j| walk.to(breaks.greville(j)).place())
+        .collect();
     // Other vertices may share the parameter of an end.
     coefficients[0] = way.vertex(0);
     coefficients[count - 1] = way.vertex(way.legs());
@@ -371,12 +374,14 @@ fn sites(way: &Way<'_>, breaks: &Breaks) -> Vec<Site> {
     });
     let mut places: Vec<f64> = even.chain(way.corners()).collect();
     places.sort_by(f64::total_cmp);
+    let mut walk = way.walk();
     places
         .into_iter()
         .filter(|w| *w > first && *w < last)
         .map(|w| {
-            let radius = AIMED_PART * way.tolerance(w);
-            Site::new(breaks, breaks.interval(w), w, way.place(w), radius)
+            let at = walk.to(w);
+            let radius = AIMED_PART * at.tolerance();
+            Site::new(breaks, breaks.interval(w), w, at.place(), radius)
         })
         .collect()
 }
@@ -445,11 +450,13 @@ impl TubeExcess {
     ) -> Vec<usize> {
         let mut changed = Vec::new();
         for (k, (part, vertex)) in self.vertices.into_iter().enumerate() {
-            let new = site_at(k, vertex);
-            let is_new = !sites
-                .iter()
-                .any(|site| site.w == new.w && site.place == new.place);
-            if part > 1.0 && part >= self.sides[k] && is_new {
+            let is_known = |new: &Site| {
+                sites
+                    .iter()
+                    .any(|site| site.w == new.w && site.place == new.place)
+            };
+            let new = (part > 1.0 && part >= self.sides[k]).then(|| site_at(k, vertex));
+            if let Some(new) = new.filter(|new| !is_known(new)) {
                 sites.push(new);
                 changed.push(k);
                 self.sides[k] = 0.0;

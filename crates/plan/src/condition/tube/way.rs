@@ -218,11 +218,6 @@ impl<'a> Way<'a> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Largest speed at a parameter.
-    pub(super) fn feed(&self, w: f64) -> f64 {
-        self.line(self.at(w)).feed
-    }
-
     /// The thinned vertices between the ends.
     pub(super) fn inner_corners(&self) -> &[usize] {
         match self.kept.as_slice() {
@@ -231,9 +226,15 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Where the thinned way leads to at a parameter, of unit length, or zero.
-    pub(super) fn heading(&self, w: f64) -> Vec3 {
-        self.thinned_leg(self.kept.partition_point(|k| self.w[*k] <= w))
+    /// Goes along it from its start.
+    pub(super) fn walk(&self) -> Walk<'_, 'a> {
+        Walk {
+            way: self,
+            w: 0.0,
+            leg: 0,
+            corner: 0,
+            heading: self.thinned_leg(0),
+        }
     }
 
     /// Where the thinned way leads to past a vertex, of unit length: at one that is left the mean of
@@ -283,29 +284,6 @@ impl<'a> Way<'a> {
             .partition_point(|at| *at <= w)
             .clamp(1, self.legs.len())
             - 1
-    }
-
-    /// The programmed place at a parameter.
-    pub(super) fn place(&self, w: f64) -> Vec3 {
-        let k = self.at(w);
-        let (a, b) = (self.vertices[k], self.vertices[k + 1]);
-        let span = self.w[k + 1] - self.w[k];
-        let part = if span > 0.0 {
-            ((w - self.w[k]) / span).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part)
-    }
-
-    /// The tolerance at a parameter: the lesser one at a vertex.
-    pub(super) fn tolerance(&self, w: f64) -> f64 {
-        let k = self.at(w);
-        if self.w[k] == w {
-            self.vertex_tolerance(k)
-        } else {
-            self.tolerances[k]
-        }
     }
 
     /// The thinned vertices between the ends.
@@ -443,6 +421,72 @@ impl<'a> Way<'a> {
     }
 }
 
+/// A place on a way, from which one goes on to larger parameters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk<'w, 'a> {
+    way: &'w Way<'a>,
+    /// The parameter.
+    w: f64,
+    /// The leg that holds it.
+    leg: usize,
+    /// How many of the thinned vertices lie before it or at it.
+    corner: usize,
+    /// Where the thinned way leads to.
+    heading: Vec3,
+}
+
+impl Walk<'_, '_> {
+    /// Goes on to a parameter.
+    pub(super) fn to(&mut self, w: f64) -> &Self {
+        let Way { w: ends, kept, .. } = self.way;
+        self.w = w;
+        while self.leg + 1 < self.way.legs() && ends[self.leg + 1] <= w {
+            self.leg += 1;
+        }
+        let before = self.corner;
+        while self.corner < kept.len() && ends[kept[self.corner]] <= w {
+            self.corner += 1;
+        }
+        if self.corner > before {
+            self.heading = self.way.thinned_leg(self.corner);
+        }
+        self
+    }
+
+    /// Largest speed there.
+    pub(super) fn feed(&self) -> f64 {
+        self.way.line(self.leg).feed
+    }
+
+    /// Where the thinned way leads to, of unit length, or zero.
+    pub(super) fn heading(&self) -> Vec3 {
+        self.heading
+    }
+
+    /// The programmed place.
+    pub(super) fn place(&self) -> Vec3 {
+        let (way, k) = (self.way, self.leg);
+        let (a, b) = (way.vertices[k], way.vertices[k + 1]);
+        let span = way.w[k + 1] - way.w[k];
+        let part = if span > 0.0 {
+            ((self.w - way.w[k]) / span).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part)
+    }
+
+    /// The tolerance: the lesser one at a vertex.
+    pub(super) fn tolerance(&self) -> f64 {
+        let (way, k) = (self.way, self.leg);
+        if way.w[k] == self.w {
+            way.vertex_tolerance(k)
+        } else {
+            way.tolerances[k]
+        }
+    }
+}
+
 /// Most breaks of one curve.
 const MAX_BREAKS: usize = 4096;
 
@@ -487,4 +531,51 @@ fn thinned(vertices: &[Vec3], distance: f64) -> Vec<usize> {
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Legs of one length and of none: on a walk each parameter finds the leg that a search finds, with the place on
+    /// it, where the thinned way leads to, and the lesser tolerance at a vertex.
+    #[test]
+    fn a_walk_finds_what_a_search_finds() {
+        let leg = TubeLeg {
+            line: 0,
+            from: 0.0,
+            to: 1.0,
+        };
+        let way = Way {
+            lines: &[],
+            legs: vec![leg; 4],
+            vertices: vec![
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [1.0, 3.0, 0.0],
+            ],
+            w: vec![0.0, 1.0, 1.0, 2.0, 4.0],
+            kept: vec![0, 1, 4],
+            tolerances: vec![0.4, 0.1, 0.3, 0.2],
+        };
+        let mut walk = way.walk();
+        for step in 0..=18 {
+            let w = 0.25 * f64::from(step);
+            let at = walk.to(w);
+            assert_eq!(at.leg, way.at(w), "{w}");
+            let past = w.clamp(1.0, 4.0) - 1.0;
+            assert_eq!(at.place(), [w.min(1.0), past, 0.0], "{w}");
+            let ahead = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            assert_eq!(at.heading(), ahead[usize::from(w >= 1.0)], "{w}");
+            let tolerance = match w {
+                w if w < 1.0 => 0.4,
+                1.0 => 0.1,
+                w if w < 2.0 => 0.3,
+                _ => 0.2,
+            };
+            assert_eq!(at.tolerance(), tolerance, "{w}");
+        }
+    }
 }

@@ -91,6 +91,8 @@ struct Motion<'a, 'b> {
     coefficients: Vec<Vec3>,
     /// When each vertex of the way is passed.
     passed: Vec<f64>,
+    /// Where the way leads to past each vertex, of unit length.
+    ahead: Vec<Vec3>,
     /// Where the curve leads to there, of unit length.
     directions: Vec<Vec3>,
 }
@@ -190,9 +192,9 @@ impl<'a, 'b> Motion<'a, 'b> {
         let count = count as usize;
         let by_time = Breaks::even(times[last], count);
         let sampled = transferred(states, breaks, &times, &by_time);
-        let passed = (0..=way.legs())
-            .map(|k| interpolated(&breaks.0, &times, way.parameters()[k]))
-            .collect();
+        let mut passed = Interpolated::new(&breaks.0, &times);
+        let passed = way.parameters().iter().map(|w| passed.at(*w)).collect();
+        let ahead: Vec<Vec3> = (0..=way.legs()).map(|k| way.passing(k)).collect();
         let motion = Motion {
             way,
             ties,
@@ -201,7 +203,8 @@ impl<'a, 'b> Motion<'a, 'b> {
             breaks: by_time,
             coefficients: sampled,
             passed,
-            directions: (0..=way.legs()).map(|k| way.passing(k)).collect(),
+            directions: ahead.clone(),
+            ahead,
         };
         Some((motion, steady))
     }
@@ -209,15 +212,14 @@ impl<'a, 'b> Motion<'a, 'b> {
     /// Where the curve has to be near the way.
     fn sites(&self) -> Vec<Site> {
         let mut sites = Vec::with_capacity(2 * SITES * self.breaks.intervals());
+        let mut passed = Interpolated::new(&self.passed, self.way.parameters());
+        let mut walk = self.way.walk();
         for (k, t) in self.breaks.0.windows(2).enumerate() {
             for part in 0..SITES {
                 let t = t[0] + (t[1] - t[0]) * ((part as f64 + 0.5) / SITES as f64);
-                let w = interpolated(&self.passed, self.way.parameters(), t);
-                let radius = AIMED_PART * self.way.tolerance(w);
-                sites.push(
-                    Site::new(&self.breaks, k, t, self.way.place(w), radius)
-                        .sliding(self.way.heading(w)),
-                );
+                let at = walk.to(passed.at(t));
+                let radius = AIMED_PART * at.tolerance();
+                sites.push(Site::new(&self.breaks, k, t, at.place(), radius).sliding(at.heading()));
             }
         }
         let last = *self.breaks.0.last().unwrap_or(&0.0);
@@ -335,16 +337,35 @@ fn averaged(values: &[f64], around: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The value at a place between rising places.
-fn interpolated(places: &[f64], values: &[f64], at: f64) -> f64 {
-    let k = places
-        .partition_point(|place| *place <= at)
-        .clamp(1, places.len() - 1);
-    let span = places[k] - places[k - 1];
-    let part = if span > 0.0 {
-        ((at - places[k - 1]) / span).clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
-    values[k - 1] + (values[k] - values[k - 1]) * part
+/// Values between those at rising places, asked for one after the other.
+struct Interpolated<'a> {
+    places: &'a [f64],
+    values: &'a [f64],
+    /// The place that ends the stretch.
+    end: usize,
+}
+
+impl<'a> Interpolated<'a> {
+    fn new(places: &'a [f64], values: &'a [f64]) -> Interpolated<'a> {
+        Interpolated {
+            places,
+            values,
+            end: 1,
+        }
+    }
+
+    /// The value at a place that does not lie before the last one.
+    fn at(&mut self, at: f64) -> f64 {
+        while self.end + 1 < self.places.len() && self.places[self.end] <= at {
+            self.end += 1;
+        }
+        let k = self.end;
+        let span = self.places[k] - self.places[k - 1];
+        let part = if span > 0.0 {
+            ((at - self.places[k - 1]) / span).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        self.values[k - 1] + (self.values[k] - self.values[k - 1]) * part
+    }
 }

@@ -5,8 +5,9 @@ use crate::condition::tube::Cubic;
 use crate::condition::tube::way::unit;
 use lostmotion_base::vec::{dot, norm, sub};
 
-/// Halvings after which the time of a vertex is known well enough: to a millionth of an interval.
-const PASSAGE_HALVINGS: u32 = 20;
+/// Halvings of a quarter of an interval after which a chord tells the time of a vertex well enough: to some
+/// millionths of an interval.
+const PASSAGE_HALVINGS: u32 = 6;
 /// Distances from a vertex, in units of the tolerance, at which the curve is beside it, and beyond
 /// which it has not come to it. Choices.
 const NEAR: f64 = 2.0;
@@ -28,7 +29,7 @@ impl Motion<'_, '_> {
         let mut found = 0;
         for vertex in 1..self.way.legs() {
             let place = self.way.vertex(vertex);
-            let ahead = self.way.passing(vertex);
+            let ahead = self.ahead[vertex];
             let tolerance = self.way.vertex_tolerance(vertex);
             // Behind the vertex or beside it, and farther from it ever after. Past a sharp corner the
             // distance grows before it falls.
@@ -59,12 +60,22 @@ impl Motion<'_, '_> {
             if !is_found {
                 continue;
             }
-            for _ in 0..PASSAGE_HALVINGS {
-                let middle = 0.5 * (low + y);
-                if is_past(&there, middle) {
-                    y = middle;
-                } else {
-                    low = middle;
+            if low < y {
+                for _ in 0..PASSAGE_HALVINGS {
+                    let middle = 0.5 * (low + y);
+                    if is_past(&there, middle) {
+                        y = middle;
+                    } else {
+                        low = middle;
+                    }
+                }
+                // How far the curve is past the vertex, by its speed.
+                let [before, behind] = [low, y].map(|x| {
+                    let at = there.at(x);
+                    dot(sub(at.p, place), at.d1)
+                });
+                if before < 0.0 && behind > 0.0 {
+                    y -= (y - low) * (behind / (behind - before));
                 }
             }
             if norm(sub(there.at(y).p, place)) > FAR * tolerance {

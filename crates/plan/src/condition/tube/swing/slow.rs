@@ -35,11 +35,12 @@ pub(in crate::condition::tube) fn busy(
     let limited = paced(&slowness, 1.0, false);
     let fed_s = passed_s(breaks, &fed(&slowness));
     let mut busy: Vec<Range<usize>> = Vec::new();
+    let mut walk = way.walk();
     for (k, w) in breaks.0.windows(2).enumerate() {
         if limited[k] <= OVER_FEED * slowness[k].fed {
             continue;
         }
-        let speed = way.feed(0.5 * (w[0] + w[1]));
+        let speed = walk.to(0.5 * (w[0] + w[1])).feed();
         let around_s = AROUND_PART * (speed / acceleration + built_up_s);
         let [from, to] = [fed_s[k] - around_s, fed_s[k + 1] + around_s];
         let start = fed_s[..k].partition_point(|t| *t <= from).saturating_sub(1);
@@ -100,8 +101,9 @@ impl Slowness {
         joints: &[LinearJoint],
     ) -> Vec<Slowness> {
         let intervals = breaks.0.windows(2).zip(states.windows(2));
+        let mut walk = way.walk();
         let of = |(w, ends): (&[f64], &[HermiteEnd])| {
-            let feed = way.feed(0.5 * (w[0] + w[1]));
+            let feed = walk.to(0.5 * (w[0] + w[1])).feed();
             Slowness::new(joints, feed, ends, w[1] - w[0])
         };
         intervals.map(of).collect()

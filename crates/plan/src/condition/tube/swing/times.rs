@@ -6,7 +6,7 @@
 //! times the velocity there. Its mean is known, since with all times longer the jerk falls with their
 //! third power.
 
-use super::{Motion, averaged, interpolated, largest, transferred};
+use super::{Interpolated, Motion, averaged, largest, transferred};
 use crate::condition::tube::Cubic;
 use crate::condition::tube::fit::Site;
 use crate::condition::tube::spline::{Breaks, ORDER, combined};
@@ -68,14 +68,16 @@ impl Motion<'_, '_> {
     /// Speed at each break, in units of the least of the limits and the feed.
     fn speed_parts(&self) -> Vec<f64> {
         let states = self.breaks.states(&self.coefficients);
+        let mut passed = Interpolated::new(&self.passed, self.way.parameters());
+        let mut walk = self.way.walk();
         (0..states.len())
             .map(|k| {
-                let w = interpolated(&self.passed, self.way.parameters(), self.breaks.0[k]);
+                let feed = walk.to(passed.at(self.breaks.0[k])).feed();
                 let v = states[k].d1.linear();
                 let joints = self.joints.iter();
                 joints
                     .map(|joint| dot(joint.per_mm, v).abs() / joint.velocity)
-                    .fold(norm(v) / self.way.feed(w), f64::max)
+                    .fold(norm(v) / feed, f64::max)
             })
             .collect()
     }
@@ -144,8 +146,9 @@ impl Motion<'_, '_> {
             time += self.width(k) * factor;
             times.push(time);
         }
+        let mut next = Interpolated::new(&self.breaks.0, &times);
         for t in &mut self.passed {
-            *t = interpolated(&self.breaks.0, &times, *t);
+            *t = next.at(*t);
         }
         // Even breaks again: uneven ones bend the curve.
         let next = Breaks::even(time, count);
@@ -162,6 +165,7 @@ mod tests {
     use crate::condition::tube::{Tie, Way, steady};
     use crate::item::Heeds;
     use crate::piece::Programmed;
+    use lostmotion_base::vec::sub;
     use lostmotion_base::{BlockRef, Coords};
     use lostmotion_path::Curve;
 
@@ -194,6 +198,29 @@ mod tests {
                 jerk: 3e4,
             })
             .collect()
+    }
+
+    /// Each vertex is passed where the curve is nearest to it.
+    #[test]
+    fn vertices_are_passed_where_they_are_nearest() {
+        let (lines, joints) = (zigzag(8), joints());
+        let way = Way::new(&lines, 0.0, lines[7].length, &[0.01; 8]).unwrap();
+        let ties = [Tie::Place, Tie::Place];
+        let steady = steady(&way, ties).unwrap();
+        let from = (&steady.breaks, steady.states.as_slice());
+        let mut motion = Motion::new(&way, ties, from, &joints).unwrap().0;
+        let mut sites = motion.sites();
+        assert!(motion.solve(&mut sites, 1.0));
+        motion.pass();
+        let states = motion.breaks.states(&motion.coefficients);
+        for vertex in 1..way.legs() {
+            let t = motion.passed[vertex];
+            let k = motion.breaks.interval(t);
+            let width = motion.width(k);
+            let at = Cubic::new(&states[k], &states[k + 1], width).at(t - motion.breaks.0[k]);
+            let late_s = dot(sub(at.p, way.vertex(vertex)), at.d1) / dot(at.d1, at.d1);
+            assert!(late_s.abs() < 1e-5 * width, "{vertex}: {late_s} of {width}");
+        }
     }
 
     /// What more time for one line is worth, against the difference that it makes when the motion is
@@ -230,9 +257,8 @@ mod tests {
                     *t += part * (t.clamp(from, to) - from);
                 }
                 let count = other.breaks.intervals();
-                let times: Vec<f64> = (0..=count)
-                    .map(|k| interpolated(&passed, &other.passed, motion.breaks.0[k]))
-                    .collect();
+                let mut at = Interpolated::new(&passed, &other.passed);
+                let times: Vec<f64> = motion.breaks.0.iter().map(|t| at.at(*t)).collect();
                 let next = Breaks::even(times[count], count);
                 let states = motion.breaks.states(&motion.coefficients);
                 other.coefficients = transferred(&states, &motion.breaks, &times, &next);
