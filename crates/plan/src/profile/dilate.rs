@@ -121,6 +121,8 @@ pub(super) fn dilate(task: &Task<'_>) -> Dilated {
     let end = settled_end(task);
     let marks = boundaries(task, &reaches, end);
     let (begins, ends) = envelopes(&reaches);
+    let intervals = task.intervals.iter();
+    let are_straight: Vec<bool> = intervals.map(|each| each.demand.is_straight()).collect();
     let mut cells = Vec::with_capacity(marks.len());
     let mut members = Vec::with_capacity(4 * marks.len());
     let mut low = 0;
@@ -134,12 +136,10 @@ pub(super) fn dilate(task: &Task<'_>) -> Dilated {
         let high = low + begins[low..].partition_point(|begin| *begin < end);
         let first = members.len();
         members.extend((low..high).filter(|&k| reaches[k].0 < end && reaches[k].1 > start));
-        let here = members[first..].iter().map(|&k| &task.intervals[k]);
-        let cap = here
-            .clone()
-            .map(|interval| interval.cap)
-            .fold(f64::INFINITY, f64::min);
-        let straight = here.clone().all(|interval| interval.demand.is_straight());
+        let here = &members[first..];
+        let caps = here.iter().map(|&k| task.intervals[k].cap);
+        let cap = caps.fold(f64::INFINITY, f64::min);
+        let straight = here.iter().all(|&k| are_straight[k]);
         let gentle = [const { OnceCell::new() }; 2];
         cells.push(Cell {
             start,
@@ -221,13 +221,16 @@ fn settled_end(task: &Task<'_>) -> f64 {
 /// Boundaries of cells in rising order.
 fn boundaries(task: &Task<'_>, reaches: &[(f64, f64)], end: f64) -> Vec<f64> {
     let mut marks = Vec::with_capacity(3 * reaches.len());
-    for (interval, (low, high)) in task.intervals.iter().zip(reaches) {
+    let along = || task.intervals.iter().zip(reaches);
+    // A boundary may be left out if it is within a part of its own reach of the last one. Each kind by
+    // itself mostly rises, which leaves little to sort.
+    marks.extend(along().map(|(interval, (low, _))| (*low, (interval.start - low) * MERGED_REACH)));
+    marks
+        .extend(along().map(|(interval, (_, high))| (*high, (high - interval.end) * MERGED_REACH)));
+    marks.extend(along().map(|(interval, (low, high))| {
         let (before, after) = (interval.start - low, high - interval.end);
-        // A boundary may be left out if it is within a part of its own reach of the last one.
-        marks.push((*low, before * MERGED_REACH));
-        marks.push((*high, after * MERGED_REACH));
-        marks.push((interval.end, before.min(after) * MERGED_REACH));
-    }
+        (interval.end, before.min(after) * MERGED_REACH)
+    }));
     marks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut boundaries = vec![task.from];
     let mut last = task.from;
