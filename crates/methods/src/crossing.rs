@@ -72,6 +72,9 @@ const REST_MS: f64 = 300.0;
 const REST_TAKE_UP_MS: f64 = 100.0;
 /// Part of the half gap by which a load may have been pushed too little at rest. A choice.
 const LACKING_SHARE: f64 = 0.05;
+/// Part of its friction that a load at rest takes where it is certainly on its flank. A choice: half way
+/// between one that was pushed, which takes all of it, and one that was not met, which takes none.
+const HELD_SHARE: f64 = 0.5;
 /// Speed of the load from which on it certainly slides, rad/s at the motor. A choice: 160 um/s on a
 /// screw of 20 mm, as in the filters.
 const SLIDING_RAD_S: f64 = 0.05;
@@ -247,6 +250,7 @@ impl Crossing {
         let half_gaps = half_gap.into();
         let half_gap = half_gaps.moving;
         self.follow(state, signals);
+        state.swings = None;
         // no new decision while a crossing is under way: it ends at rest on the far flank
         if !state.crossing() {
             // time of the traverse first: half of it is the lead of the prediction
@@ -300,11 +304,12 @@ impl Crossing {
         if to == now {
             return;
         }
-        // The first time it is applied on a flank: where the load is while it changes is not known.
+        // The first time it is applied on a flank: where the load is while it changes is not known. What a rest
+        // has applied is taken back, since it would be wrong twice over on the other flank.
         if self.takes_up && !state.engaged {
-            if state.traverse.moving() {
-                let ticks = self.gentle_ticks(to - now, load, self.take_up_ticks[1]);
-                state.traverse.start(to, ticks, &self.current);
+            if now != 0.0 {
+                state.traverse.start(0.0, ticks, &self.current);
+                state.taking_up = false;
             }
             return;
         }
@@ -361,8 +366,8 @@ impl Crossing {
         if pressed <= self.unloaded || now.load_velocity.abs() < SLIDING_RAD_S {
             return;
         }
+        // a load that slides is on its flank for certain
         if way.abs() <= NEGLIGIBLE_CHANGE_RAD {
-            // A load that slides is on its flank for certain.
             state.engaged |= to != 0.0;
             return;
         }
@@ -377,6 +382,7 @@ impl Crossing {
         if ticks < self.take_up_ticks[1] {
             state.traverse.start(to, ticks, &self.current);
             state.taking_up = true;
+            state.engaged = true;
         }
     }
 
@@ -401,6 +407,9 @@ impl Crossing {
             pushed: false,
         });
         let pushed = before.pushed || half_gap > before.half_gap;
+        // what takes a good part of its friction beyond the motor's own is on its flank for certain
+        let holds = side * state.holding[1] - self.twin.motor_coulomb();
+        state.engaged |= pushed && holds > HELD_SHARE * load.coulomb;
         let pressed = side * now.torque;
         let wound = if pushed && pressed > 0.0 {
             let constant = self.weighed(load, now.load_position).constant;
@@ -516,6 +525,9 @@ impl Crossing {
             };
         }
         (state.at_rest, state.crossed_at_rest) = (false, false);
+        let notable = (PULL_SHARE_OF_FRICTION * load.coulomb).max(self.unloaded);
+        state.swings = (signals.reference.velocity != 0.0)
+            .then_some(torque.abs() > notable && need * torque < 0.0);
         // moving: both signs have to agree; standing: the twin pulls with a notable part of the
         // friction
         let side = if torque > 0.0 { 1 } else { -1 };
@@ -618,10 +630,14 @@ pub(crate) struct CrossingState {
     /// Whether the axis rests with a load that sticks, and whether the gap was crossed in this rest.
     pub(super) at_rest: bool,
     pub(super) crossed_at_rest: bool,
-    /// Whether a half gap has been applied on a flank on which the load slid.
+    /// Whether a half gap has been applied on a flank on which the load slid or certainly lay: then it is crossed
+    /// on a traverse, also while a part of it is applied.
     pub(super) engaged: bool,
     /// What was applied on this flank since the axis rests.
     pub(super) rested: Option<Rested>,
+    /// Whether what the shaft swings with decides which flank carries the load, against what the motion needs;
+    /// `None` where that was not asked.
+    pub(super) swings: Option<bool>,
 }
 
 /// A half gap that was applied at rest, rad, and whether the load was pushed.
@@ -666,6 +682,7 @@ impl CrossingState {
             crossed_at_rest: false,
             engaged: false,
             rested: None,
+            swings: None,
         }
     }
 }

@@ -657,6 +657,7 @@ impl Compensator for Adaptive {
             state
                 .trust
                 .weigh(&signals.reference, &state.load, inertia, state.used);
+            state.trust.swing(state.crossing.swings);
         }
         state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on

@@ -7,7 +7,9 @@
 //!    eight drawn cells; so they are left alone.
 //! 2. Only where the inertia is known so well that the change of the flank can be foreseen: a twin whose
 //!    inertia is wrong crosses the gap too early or too late, and the load is thrown. Where the axis
-//!    is slow the inertia hardly matters, and where it rests not at all.
+//!    is slow the inertia hardly matters, and where it rests not at all. Nor can it be foreseen where a soft shaft
+//!    swings by more than the motion needs, so that its torque presses the other flank for a good part of the time: when it
+//!    does depends on stiffness and gap by more than anyone knows them.
 //! 3. Only as far as the axes that move with it. The errors of two axes of a slanted line or an arc
 //!    partly cancel across it, so that one axis set right alone can be worse than neither; both by
 //!    the same share never is.
@@ -22,7 +24,7 @@
 //!
 //! ```text
 //! held      from  H - 2 s > 0.005 T_rated (3 s with a memory)  until  H + 2 s < 0.005 T_rated;   after 2 s at rest or in a rest aside, the others ready, while  H + 2 s > 0.005 T_rated              H: T_f - max(0, |T_const| - s_c) (|T_const| with a memory);   s, s_c: standard deviations of T_f, T_const
-//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
+//! foreseen  s_J < 0.1 J, once for good;   or s_J a < 0.12 T_f;   or w^2/(2 a) < 0.1 b;   and of late the shaft swung against the need for less than 1/4 of the time;   or at rest           s_J: standard deviation of J; w, a: largest of late, fading in 4 s
 //! used      b min(allowed, least readiness of the others); b allowed once in a rest aside      readiness: 1 with a gap that is used, else 0
 //! ```
 
@@ -55,6 +57,11 @@ const LEAST_RETURNS: u32 = 2;
 /// Time constant with which the largest speed and acceleration fade, s. A choice: a rapid is forgotten in a
 /// slow cut, and a corner not before the next one.
 const FADING_S: f64 = 4.0;
+
+/// Part of the time of late in which a swinging shaft may decide the flank, and until which it may again once it did for
+/// longer. On a flank that was foreseen wrongly a load is a whole gap off, without a correction half of one: four times
+/// the square, so that with a quarter of the time nothing is gained. Half of that is a choice.
+const SWINGING: [f64; 2] = [0.25, 0.125];
 
 /// Standard deviations that are allowed for.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +96,9 @@ pub(super) struct Trust {
     /// Whether the inertia is known well, and whether changes of the flank can be foreseen.
     certain: bool,
     foreseen: bool,
+    /// Part of the time of motion of late in which the swinging shaft decided the flank, and whether that is too much.
+    swinging: f64,
+    swings: bool,
     /// What the control allows.
     allowed: f64,
     /// Whether the control waits, and lets correct only who rests aside.
@@ -117,6 +127,8 @@ impl Trust {
         most: [0.0; 2],
         certain: false,
         foreseen: false,
+        swinging: 0.0,
+        swings: false,
         allowed: 1.0,
         waits: false,
         aside: false,
@@ -180,7 +192,7 @@ impl Trust {
 
     /// Whether changes of the flank can be foreseen.
     pub(super) fn foresees(&self) -> bool {
-        self.foreseen || !self.moves
+        self.foreseen && !self.swings || !self.moves
     }
 
     /// How far the control and the other axes let it correct.
@@ -252,6 +264,17 @@ impl Trust {
         self.foreseen = self.certain
             || uncertain < UNCERTAIN_TORQUE * load.coulomb
             || 0.5 * *speed * *speed < SHORT_RAMP * half_gap * *acceleration;
+    }
+
+    /// Takes whether the swinging shaft decides the flank, against what the motion needs; `None` where that is not
+    /// known.
+    #[inline(always)]
+    pub(super) fn swing(&mut self, swings: Option<bool>) {
+        let Some(swings) = swings else { return };
+        let now = if swings { 1.0 } else { 0.0 };
+        self.swinging += Clock::SERVO.period_s() / FADING_S * (now - self.swinging);
+        let [most, again] = SWINGING;
+        self.swings = self.swinging > if self.swings { again } else { most };
     }
 
     /// How far this axis is ready, where it matters to others: it moves, its load changes flanks, and
@@ -429,6 +452,29 @@ mod tests {
         assert_eq!(rest(&mut trust), 0.5);
         trust.heed(heeded(true, true));
         assert_eq!(rest(&mut trust), 0.0);
+    }
+
+    #[test]
+    fn a_shaft_that_decides_the_flank_for_a_quarter_of_the_time_is_not_foreseen() {
+        let mut trust = Trust {
+            foreseen: true,
+            moves: true,
+            ..Trust::NONE
+        };
+        // of every 20 ms so many; a tick of which nothing is known changes nothing
+        let swing = |trust: &mut Trust, ticks: usize| {
+            for tick in 0..(20.0 / Clock::SERVO.period_s()) as usize {
+                trust.swing(Some(tick % 80 < ticks));
+                trust.swing(None);
+            }
+            trust.foresees()
+        };
+        for (ticks, expected) in [(15, true), (30, false), (15, false), (5, true), (15, true)] {
+            assert_eq!(swing(&mut trust, ticks), expected, "{ticks}");
+        }
+        assert!(!swing(&mut trust, 40));
+        trust.moves = false;
+        assert!(trust.foresees());
     }
 
     #[test]

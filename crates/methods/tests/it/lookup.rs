@@ -8,6 +8,7 @@ use lostmotion_rig::{
     Move, circle, errors, lost_on_a_sine, max_abs, mill_x, ratio_on_a_sine, rms, run,
     there_and_back,
 };
+use std::f64::consts::TAU;
 
 /// Radius in mm and feed in mm/min.
 const SINES: [(f64, f64); 4] = [
@@ -249,4 +250,24 @@ fn a_gap_that_is_used_after_the_first_crossing_moves_nothing_before_it() {
         later < 1.05 * told && told < 0.3 * none,
         "{none} {told} {later}"
     );
+}
+
+/// Where the flank changes while a part of the gap is applied for the first time, that part is wrong twice over on the
+/// other flank: it has to go at once, or what is lost is more than without a correction.
+#[test]
+fn what_is_applied_for_the_first_time_goes_when_the_flank_changes() {
+    let config = mill_x(0.02, 60.0, None);
+    let mut after = config.clone();
+    after.compensation.lookup.after_crossing = true;
+    let rigid = config.without_gap();
+    for frequency in [4.0, 6.0, 8.0, 10.0, 14.0] {
+        let motion = |t: f64| circle(0.5, TAU * frequency, t);
+        let lost = |config: &AxisConfig, method| {
+            let rigid = run(&rigid, "none", &motion, 3.0 / frequency);
+            let out = run(config, method, &motion, 3.0 / frequency);
+            max_abs(out.load.iter().zip(&rigid.load).map(|(a, b)| a - b))
+        };
+        let [none, later] = [lost(&config, "none"), lost(&after, "lookup")];
+        assert!(later <= 1.02 * none, "{frequency} Hz: {none} {later} mm");
+    }
 }
