@@ -525,8 +525,10 @@ impl Crossing {
             };
         }
         (state.at_rest, state.crossed_at_rest) = (false, false);
+        // a load that friction holds while its axis sets out does not swing
         let notable = (PULL_SHARE_OF_FRICTION * load.coulomb).max(self.unloaded);
-        state.swings = (signals.reference.velocity != 0.0)
+        state.swings = (signals.reference.velocity != 0.0
+            && now.load_velocity.abs() > SLIDING_RAD_S)
             .then_some(torque.abs() > notable && need * torque < 0.0);
         // moving: both signs have to agree; standing: the twin pulls with a notable part of the
         // friction

@@ -227,8 +227,8 @@ impl<'a> Way<'a> {
     }
 
     /// Goes along it from its start.
-    pub(super) fn walk(&self) -> Walk<'_, 'a> {
-        Walk {
+    pub(super) fn walk(&self) -> WayWalk<'_, 'a> {
+        WayWalk {
             way: self,
             w: 0.0,
             leg: 0,
@@ -423,7 +423,7 @@ impl<'a> Way<'a> {
 
 /// A place on a way, from which one goes on to larger parameters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walk<'w, 'a> {
+pub(super) struct WayWalk<'w, 'a> {
     way: &'w Way<'a>,
     /// The parameter.
     w: f64,
@@ -435,7 +435,7 @@ pub(super) struct Walk<'w, 'a> {
     heading: Vec3,
 }
 
-impl Walk<'_, '_> {
+impl WayWalk<'_, '_> {
     /// Goes on to a parameter.
     pub(super) fn to(&mut self, w: f64) -> &Self {
         let Way { w: ends, kept, .. } = self.way;
