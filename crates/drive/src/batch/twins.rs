@@ -497,8 +497,10 @@ fn stride<R: Reach>(
         }
         sums
     };
-    let numbers = n.stride.map(|row| lanes.get(row));
-    departure.stride(&numbers, &place.masses, products)
+    let stride = n.stride.map(|row| lanes.get(row));
+    let motor = n.motor.map(|row| lanes.get(row));
+    let current_loop = n.current_loop.map(|row| lanes.get(row));
+    departure.stride((&stride, &motor, &current_loop), &place.masses, products)
 }
 
 /// Puts twins where a stride brings them.

@@ -142,10 +142,6 @@ impl Twin {
             stride: StrideNumbers {
                 resistance: config.motor.phase_resistance_ohm(),
                 back_emf: config.motor.back_emf_v_s_per_rad(),
-                inductance: servo.current_loop().inductance,
-                limit_squared: servo.current_loop().limit_squared,
-                motor_most: numbers.motor_most,
-                coulomb: numbers.coulomb,
             },
             strides: servo.current_numbers().is_some(),
             arch: Arch::new(),
@@ -240,7 +236,11 @@ impl Twin {
                 self.arch.dispatch(Products { tables, inputs });
             (outcomes, [motor, load, current, voltage])
         };
-        let (goes_on, arrival) = departure.stride(&self.stride, &x, products);
+        let (goes_on, arrival) = departure.stride(
+            (&self.stride, &self.numbers, self.servo.current_loop()),
+            &x,
+            products,
+        );
         if goes_on {
             (current.integral_q, current.pending[1]) = (arrival.integral, arrival.pending);
             state.plant.take(&arrival.masses);

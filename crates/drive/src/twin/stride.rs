@@ -70,20 +70,12 @@ impl Stride {
 }
 
 numbers! {
-    /// What of drive and motor a stride asks for besides its tables.
+    /// What of the winding a stride asks for besides.
     StrideNumbers {
         /// Ohm.
         resistance,
         /// V s/rad.
         back_emf,
-        /// Of a phase, H.
-        inductance,
-        /// Square of the largest voltage, V2.
-        limit_squared,
-        /// What Coulomb friction takes of the motor's speed in a period, rad/s,
-        motor_most,
-        /// and its torque, N m.
-        coulomb,
     }
 }
 
@@ -123,7 +115,7 @@ impl<N: Number> Departure<N> {
     /// without what the motor's speed takes, the voltage not yet applied without what both give, what friction takes of
     /// each speed, and the constant torque.
     #[inline(always)]
-    fn inputs(&self, n: &StrideNumbers<N>, x: &TwinMasses<N>) -> [N; INPUTS] {
+    fn inputs(&self, n: &StrideNumbers<N>, motor_most: N, x: &TwinMasses<N>) -> [N; INPUTS] {
         let fed = self.integral + self.back_emf;
         [
             self.command,
@@ -134,7 +126,7 @@ impl<N: Number> Departure<N> {
             self.integral - n.resistance * self.command,
             self.back_emf - n.back_emf * x.motor,
             self.pending - fed,
-            n.motor_most.copysign(x.motor),
+            motor_most.copysign(x.motor),
             self.load_most.copysign(x.load),
             self.load_constant,
         ]
@@ -145,19 +137,19 @@ impl<N: Number> Departure<N> {
     #[inline(always)]
     pub(crate) fn stride(
         &self,
-        n: &StrideNumbers<N>,
+        (n, motor_numbers, current_loop): (&StrideNumbers<N>, &MotorNumbers<N>, &CurrentNumbers<N>),
         x: &TwinMasses<N>,
         products: impl FnOnce(&[N; INPUTS]) -> ([N; OUTCOMES], [N; BOUNDS]),
     ) -> (N::Mask, Arrival<N>) {
-        let (outcomes, bounds) = products(&self.inputs(n, x));
+        let (outcomes, bounds) = products(&self.inputs(n, motor_numbers.motor_most, x));
         let [motor, load, current, voltage] = bounds;
         // the voltage in d holds against the coupling: the twin has no i_d
-        let cross = self.electric_speed.abs() * n.inductance;
+        let cross = self.electric_speed.abs() * current_loop.inductance;
         let direct = self.integral_d.abs() + cross * current;
         let spare = |size: N| size * size.constant(SPARE);
         let goes_on = spare(motor).less(x.motor.abs())
             & spare(load).less(x.load.abs())
-            & spare(direct * direct + voltage * voltage).less(n.limit_squared);
+            & spare(direct * direct + voltage * voltage).less(current_loop.limit_squared);
         let [current, lead, motor, load, integral, pending, way, shaft] = outcomes;
         let arrival = Arrival {
             masses: TwinMasses {
@@ -170,7 +162,7 @@ impl<N: Number> Departure<N> {
             integral,
             pending,
             shaft,
-            motor_friction: -n.coulomb.copysign(x.motor),
+            motor_friction: -motor_numbers.coulomb.copysign(x.motor),
         };
         (goes_on, arrival)
     }
