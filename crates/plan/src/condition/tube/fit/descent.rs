@@ -213,10 +213,21 @@ impl<'a, B: Bending, const N: usize, const M: usize> Descent<'a, B, N, M> {
                 share.add(simd, site, weights, self.axes, off, target * bending);
                 next += 1;
             }
-            let coefficients = &self.coefficients[k..k + ORDER];
-            self.fit.hold(&mut share, self.axes, k, coefficients);
             let first = k - self.part.start;
-            share.gather(first, &mut self.rows[first..], &mut self.right[first..]);
+            let (rows, right) = (&mut self.rows[first..], &mut self.right[first..]);
+            share.gather(first, rows, right);
+            for rail in &self.fit.rails {
+                if rail.is_in(k, self.fit.breaks.intervals()) {
+                    rail.hold(
+                        &share,
+                        self.axes,
+                        (k, first),
+                        self.coefficients,
+                        rows,
+                        right,
+                    );
+                }
+            }
         }
     }
 

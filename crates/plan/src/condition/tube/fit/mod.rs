@@ -8,6 +8,7 @@
 
 mod banded;
 mod descent;
+mod rail;
 mod share;
 mod site;
 
@@ -15,6 +16,7 @@ use super::spline::{Breaks, ORDER, combined};
 use descent::Descent;
 use lostmotion_base::vec::{Vec3, dot};
 use pulp::{Arch, Simd};
+pub(super) use rail::Rail;
 use share::{Share, Weights};
 pub(super) use site::Site;
 use std::ops::Range;
@@ -81,15 +83,6 @@ impl Bending for Squared {
     fn second_slopes<const N: usize>(&self, _: [usize; N], _: &Vec3) -> ([f64; N], [[f64; N]; N]) {
         ([0.0; N], [[0.0; N]; N])
     }
-}
-
-/// A coefficient that is kept on a ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rail {
-    pub(super) coefficient: usize,
-    pub(super) place: Vec3,
-    /// Of unit length.
-    pub(super) direction: Vec3,
 }
 
 /// The spline to be found, but for its coefficients.
@@ -272,26 +265,6 @@ impl<B: Bending> Fit<'_, B> {
         if B::HEEDS_SECOND {
             let slopes = self.bending.second_slopes(axes, second);
             share.bend(simd, &self.seconds[k].weights, slopes);
-        }
-    }
-
-    /// Holds the coefficients of an interval that are on rails.
-    #[inline(always)]
-    fn hold<const N: usize>(
-        &self,
-        share: &mut Share<N>,
-        axes: [usize; N],
-        k: usize,
-        coefficients: &[Vec3],
-    ) {
-        for rail in &self.rails {
-            // Each in the one interval that holds the coefficient and no other of the kind.
-            let is_first = rail.coefficient < ORDER && k == 0;
-            let is_last = rail.coefficient >= ORDER && k + 1 == self.breaks.intervals();
-            if is_first || is_last {
-                let p = rail.coefficient - k;
-                share.hold(rail, axes, p, &coefficients[p]);
-            }
         }
     }
 }

@@ -1,15 +1,10 @@
 //! What an interval adds to the system of a step.
 
-use super::Rail;
 use super::banded::SystemRow;
 use super::site::Site;
 use crate::condition::tube::spline::ORDER;
-use lostmotion_base::vec::{Vec3, along, dot, sub};
+use lostmotion_base::vec::{Vec3, dot};
 use pulp::Simd;
-
-/// Stiffness of a ray, in units of what else holds the coefficient. A choice: it is put on the ray
-/// afterwards, and has to be near it.
-const RAIL_STIFFNESS: f64 = 1e5;
 
 /// Pairs of the coefficients of an interval, the first one not after the second.
 const COUNT: usize = ORDER * (ORDER + 1) / 2;
@@ -187,23 +182,11 @@ impl<const N: usize> Share<N> {
         }
     }
 
-    /// Holds the interval's coefficient p, which is at a place, on a ray.
-    pub(super) fn hold(&mut self, rail: &Rail, axes: [usize; N], p: usize, at: &Vec3) {
-        let pair = PAIR[p][p];
-        let most = (0..N)
-            .map(|i| self.blocks[i][i][pair])
-            .fold(f64::MIN_POSITIVE, f64::max);
-        let stiffness = RAIL_STIFFNESS * most;
-        let off = sub(*at, rail.place);
-        let aside = along(off, rail.direction, -dot(off, rail.direction));
-        for i in 0..N {
-            for j in i..N {
-                let own = if i == j { 1.0 } else { 0.0 };
-                let across = own - rail.direction[axes[i]] * rail.direction[axes[j]];
-                self.blocks[i][j][pair] += stiffness * across;
-            }
-            self.right[i][p] -= stiffness * aside[axes[i]];
-        }
+    /// How much the interval's coefficient p is held.
+    pub(super) fn held(&self, p: usize) -> f64 {
+        (0..N)
+            .map(|i| self.blocks[i][i][PAIR[p][p]])
+            .fold(f64::MIN_POSITIVE, f64::max)
     }
 
     /// Adds all to the rows of the interval's coefficients, of which the first one has a number.

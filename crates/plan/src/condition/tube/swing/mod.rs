@@ -19,7 +19,7 @@ use super::way::Way;
 use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie};
 use jerks::Jerks;
 use lostmotion_base::math;
-use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
+use lostmotion_base::vec::{Vec3, along, dot, norm, scale};
 use lostmotion_path::HermiteEnd;
 pub(super) use slow::busy;
 use slow::{Slowness, fed, paced, passed_s};
@@ -240,29 +240,24 @@ impl<'a, 'b> Motion<'a, 'b> {
     /// Finds the motion inside the tube; returns whether it settled.
     fn solve(&mut self, sites: &mut [Site], rough: f64) -> bool {
         let count = self.coefficients.len();
-        let rails = self.rails();
         let fit = Fit::new(&self.breaks, &self.jerks, 1..count - 1)
-            .on_rails(rails)
+            .on_rails(self.rails())
             .roughly(rough);
         let settled = fit.solve(&mut self.coefficients, sites);
-        // Onto the rays, along which the curvature depends on how fast it begins.
         for rail in self.rails() {
-            let value = &mut self.coefficients[rail.coefficient];
-            let ahead = dot(sub(*value, rail.place), rail.direction);
-            *value = along(rail.place, rail.direction, ahead);
+            rail.put_on(&mut self.coefficients);
         }
         settled
     }
 
-    /// The rays on which the coefficients beside the ends lie: direction and curvature are given
-    /// there, the pace is not.
+    /// The ends where direction and curvature are given, and the pace is not.
     fn rails(&self) -> Vec<Rail> {
-        let mut rails = Vec::new();
         let count = self.coefficients.len();
         let ends = [
             (self.breaks.first_widths(), [0, 1, 2]),
             (self.breaks.last_widths(), [count - 1, count - 2, count - 3]),
         ];
+        let mut rails = Vec::new();
         for (tie, (widths, [at, next, third])) in self.ties.iter().zip(ends) {
             let (Tie::State(state), Some([h, g])) = (tie, widths) else {
                 continue;
@@ -271,17 +266,13 @@ impl<'a, 'b> Motion<'a, 'b> {
             let square = dot(d1, d1);
             let direction = scale(d1, 1.0 / square.sqrt());
             let bend = scale(along(d2, direction, -dot(d2, direction)), 1.0 / square);
-            let place = self.coefficients[at];
-            let pace = dot(sub(self.coefficients[next], place), direction).abs() * 3.0 / h;
             rails.push(Rail {
-                coefficient: next,
-                place,
+                next,
+                third,
+                place: self.coefficients[at],
                 direction,
-            });
-            rails.push(Rail {
-                coefficient: third,
-                place: along(place, bend, pace * pace * h * (h + g) / 6.0),
-                direction,
+                // The next one is h/3 of the pace ahead, and what bends aside is the square of the pace.
+                aside: scale(bend, 1.5 * (h + g) / h),
             });
         }
         rails
