@@ -20,6 +20,7 @@ use crate::piece::{PathStep, Piece, Programmed, Stop};
 use joint::Junction;
 use lostmotion_path::{Curve, HermiteEnd};
 use moves::Joiner;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use tube::{Found, Tie, Way};
 
@@ -34,6 +35,9 @@ const HELD_PIECES: usize = 40;
 /// Pieces before the last one that may be kept among which the part that is kept ends. A choice: half
 /// a turn from side to side at least.
 const CUT_PIECES: usize = 16;
+/// How often a curve that is not found from where its beginning ends is looked for from further on. A
+/// choice: two more, and what was held is over.
+const LATER_CUTS: usize = 2;
 /// Lines at which a section is looked at for the first time: how many more are needed then follows
 /// from their shape.
 const FIRST_LOOK: usize = 96;
@@ -68,12 +72,16 @@ enum Taken {
     /// Vertex by vertex.
     Moves,
     /// As a curve, of which the beginning has been output.
-    Curve {
-        /// Its state there.
-        state: Box<HermiteEnd>,
-        /// What had been found from there on.
-        rest: Vec<Piece>,
-    },
+    Curve(Box<Begun>),
+}
+
+/// A curve of which the beginning has been output.
+#[derive(Clone, Debug)]
+struct Begun {
+    /// Its state there.
+    state: HermiteEnd,
+    /// What had been found from there on.
+    rest: Found,
 }
 
 /// Whether a section may have gentle bends beside sharp corners.
@@ -192,7 +200,7 @@ impl Conditioner {
                 self.section.clear();
                 self.section.extend([last, *next]);
             }
-            Taken::Open | Taken::Curve { .. } => {
+            Taken::Open | Taken::Curve(_) => {
                 // A run of moves that do not belong to the section may end with its first one.
                 if self.section.len() == 1 {
                     self.joiner.close(judge, out);
@@ -308,22 +316,16 @@ impl Conditioner {
                     }
                 }
             }
-            Taken::Curve { state, rest } => {
+            begun @ Taken::Curve(_) => {
+                self.taken = begun;
                 let (to, end) = self.end(rests);
-                match self.find([self.from, to], [Tie::State(*state), end], judge) {
-                    Some(found) => {
-                        emit(found.pieces, out);
-                        self.joiner.go_on(last, to);
-                    }
-                    None if self.is_mixed() => {
-                        self.part(Taken::Curve { state, rest }, None, judge, out);
-                        self.close(rests, judge, out);
-                    }
-                    None => {
-                        // What was found before ends at a vertex: from there on vertex by vertex.
-                        self.fall_back(rest, judge, out);
-                        self.joiner.close(judge, out);
-                    }
+                if let Some(found) = self.find_on(to, end, judge, out) {
+                    emit(found.pieces, out);
+                    self.joiner.go_on(last, to);
+                    self.taken = Taken::Moves;
+                } else {
+                    self.give_up(judge, out);
+                    self.close(rests, judge, out);
                 }
             }
         }
@@ -335,9 +337,10 @@ impl Conditioner {
             return;
         };
         let (from, start) = match &self.taken {
-            Taken::Curve { state, .. } => (self.from, Tie::State(**state)),
+            Taken::Curve(begun) => (self.from, Tie::State(begun.state)),
             _ => self.start(),
         };
+        let is_open = matches!(self.taken, Taken::Open);
         // More lines are needed for a curve of the usual length.
         let pieces = self
             .way(from, last.length)
@@ -349,67 +352,104 @@ impl Conditioner {
                 .min(SECTION_LINES);
             return;
         }
-        let found = match &self.taken {
-            Taken::Open => self
-                .decide([from, last.length], [start, Tie::Place], judge)
-                .map_err(Some),
-            _ => self
-                .find([from, last.length], [start, Tie::Place], judge)
-                .ok_or(None),
-        };
-        match (std::mem::replace(&mut self.taken, Taken::Moves), found) {
-            (
-                taken,
-                Err(Some(Moves {
+        let found = if is_open {
+            match self.decide([from, last.length], [start, Tie::Place], judge) {
+                Ok(found) => found,
+                Err(Moves {
                     first: Some(first), ..
-                })),
-            ) => self.part(taken, Some(*first), judge, out),
-            (taken, Err(None)) if self.is_mixed() => self.part(taken, None, judge, out),
-            (Taken::Curve { rest, .. }, Err(_)) => self.fall_back(rest, judge, out),
-            (_, Err(decided)) => {
-                if let Some(Moves { joiner, steps, .. }) = decided {
+                }) => return self.part(Taken::Open, Some(*first), judge, out),
+                Err(Moves { joiner, steps, .. }) => {
+                    self.taken = Taken::Moves;
                     self.joiner = joiner;
                     out.extend(steps);
-                }
-                self.section.drain(..self.section.len() - 1);
-                // An arc ends what is taken move by move: what follows may be faster as a curve.
-                if matches!(last.curve, Curve::Arc(_)) {
-                    self.joiner.close(judge, out);
-                    self.rested = false;
-                    self.begin(last);
-                }
-            }
-            (taken, Ok(mut found)) => {
-                let held = HELD_PIECES.min(found.pieces.len() / 2);
-                // The last move stays whole: how the curve ends on it is not known yet.
-                let last = self.section.len() - 1;
-                let before = found.places.partition_point(|(line, _)| *line < last);
-                let most = (found.pieces.len() - held).min(before);
-                // Where it bends least: what is given there leaves the rest the most freedom.
-                let least = most.saturating_sub(CUT_PIECES).max(1);
-                let done = (least..=most)
-                    .min_by(|a, b| found.bend(*a).total_cmp(&found.bend(*b)))
-                    .unwrap_or(0);
-                if done == 0 {
-                    self.taken = taken;
-                    self.due = self.held + NEXT_LOOK;
+                    self.section.drain(..self.section.len() - 1);
+                    // An arc ends what is taken move by move: what follows may be faster as a curve.
+                    if matches!(last.curve, Curve::Arc(_)) {
+                        self.joiner.close(judge, out);
+                        self.rested = false;
+                        self.begin(last);
+                    }
                     return;
                 }
-                if let Taken::Open = taken {
-                    self.joiner.lead_in_to(from, out);
-                }
-                let rest = found.pieces.split_off(done);
-                let (line, s) = found.places[done - 1];
-                emit(found.pieces, out);
-                self.taken = Taken::Curve {
-                    state: Box::new(found.ends[done - 1]),
-                    rest,
-                };
-                self.from = s;
-                self.section.drain(..line);
-                self.held = self.section.iter().map(joint::weight).sum();
-                self.due = (2 * self.held).max(NEXT_LOOK);
             }
+        } else {
+            match self.find_on(last.length, Tie::Place, judge, out) {
+                Some(found) => found,
+                None => return self.give_up(judge, out),
+            }
+        };
+        let held = HELD_PIECES.min(found.pieces.len() / 2);
+        let most = (found.pieces.len() - held).min(self.before_last(&found));
+        if most == 0 {
+            self.due = self.held + NEXT_LOOK;
+            return;
+        }
+        if is_open {
+            self.joiner.lead_in_to(from, out);
+        }
+        self.cut(found, most.saturating_sub(CUT_PIECES).max(1)..=most, out);
+        self.due = (2 * self.held).max(NEXT_LOOK);
+    }
+
+    /// How many pieces of a curve end before the last move. That one stays whole: how the curve ends on
+    /// it is not known yet.
+    fn before_last(&self, found: &Found) -> usize {
+        let last = self.section.len() - 1;
+        found.places.partition_point(|(line, _)| *line < last)
+    }
+
+    /// Outputs the beginning of a curve. It ends after one of these numbers of pieces, where it bends
+    /// least: what is given there leaves the rest the most freedom.
+    fn cut(&mut self, mut found: Found, among: RangeInclusive<usize>, out: &mut Vec<PathStep>) {
+        let done = among
+            .min_by(|a, b| found.bend(*a).total_cmp(&found.bend(*b)))
+            .unwrap_or(1);
+        let (line, s) = found.places[done - 1];
+        self.from = s;
+        self.section.drain(..line);
+        self.held = self.section.iter().map(joint::weight).sum();
+        let state = found.ends[done - 1];
+        let rest = found.split_off(done);
+        emit(found.pieces, out);
+        self.taken = Taken::Curve(Box::new(Begun { state, rest }));
+    }
+
+    /// The curve from where its beginning ends; where none is found from there, from further on along
+    /// what had been found.
+    fn find_on(
+        &mut self,
+        to: f64,
+        end: Tie,
+        judge: &dyn Judge,
+        out: &mut Vec<PathStep>,
+    ) -> Option<Found> {
+        for later in 0..=LATER_CUTS {
+            let Taken::Curve(begun) = &self.taken else {
+                return None;
+            };
+            let start = Tie::State(begun.state);
+            if let Some(found) = self.find([self.from, to], [start, end], judge) {
+                return Some(found);
+            }
+            let most = self.before_last(&begun.rest).min(CUT_PIECES);
+            if most == 0 || later == LATER_CUTS {
+                return None;
+            }
+            let rest = begun.rest.clone();
+            self.cut(rest, most.div_ceil(2)..=most, out);
+        }
+        None
+    }
+
+    /// Goes on where no curve is found from where the last one ends.
+    fn give_up(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
+        match std::mem::replace(&mut self.taken, Taken::Moves) {
+            Taken::Curve(begun) if self.is_mixed() => {
+                self.part(Taken::Curve(begun), None, judge, out);
+            }
+            // What was found before ends at a vertex: from there on vertex by vertex.
+            Taken::Curve(begun) => self.fall_back(begun.rest.pieces, judge, out),
+            taken => self.taken = taken,
         }
     }
 

@@ -143,6 +143,18 @@ impl Found {
         })
     }
 
+    /// Keeps so many pieces, and returns those behind, whose lines are counted from that on which they begin.
+    pub(super) fn split_off(&mut self, pieces: usize) -> Found {
+        let first = self.places[pieces - 1].0;
+        let places = self.places.split_off(pieces).into_iter();
+        Found {
+            pieces: self.pieces.split_off(pieces),
+            ends: self.ends.split_off(pieces),
+            places: places.map(|(line, s)| (line - first, s)).collect(),
+            speeds: self.speeds.split_off(pieces),
+        }
+    }
+
     /// Puts a motion in the place of some of its pieces.
     fn replace(&mut self, pieces: Range<usize>, motion: Found) {
         self.pieces.splice(pieces.clone(), motion.pieces);
