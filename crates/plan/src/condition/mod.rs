@@ -5,6 +5,7 @@
 //! takes its place ([`tube`]), from the middle of its first line to the middle of its last, unless
 //! taking it vertex by vertex ([`moves`]) is faster.
 
+mod begun;
 mod blend;
 mod fair;
 mod joint;
@@ -17,10 +18,10 @@ pub(crate) use tube::LinearJoint;
 
 use crate::PlannerConfig;
 use crate::piece::{PathStep, Piece, Programmed, Stop};
+use begun::Begun;
 use joint::Junction;
-use lostmotion_path::{Curve, HermiteEnd};
+use lostmotion_path::Curve;
 use moves::Joiner;
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 use tube::{Found, Tie, Way};
 
@@ -35,9 +36,6 @@ const HELD_PIECES: usize = 40;
 /// Pieces before the last one that may be kept among which the part that is kept ends. A choice: half
 /// a turn from side to side at least.
 const CUT_PIECES: usize = 16;
-/// How often a curve that is not found from where its beginning ends is looked for from further on. A
-/// choice: two more, and what was held is over.
-const LATER_CUTS: usize = 2;
 /// Lines at which a section is looked at for the first time: how many more are needed then follows
 /// from their shape.
 const FIRST_LOOK: usize = 96;
@@ -73,15 +71,6 @@ enum Taken {
     Moves,
     /// As a curve, of which the beginning has been output.
     Curve(Box<Begun>),
-}
-
-/// A curve of which the beginning has been output.
-#[derive(Clone, Debug)]
-struct Begun {
-    /// Its state there.
-    state: HermiteEnd,
-    /// What had been found from there on.
-    rest: Found,
 }
 
 /// Whether a section may have gentle bends beside sharp corners.
@@ -127,6 +116,8 @@ struct Moves {
     steps: Vec<PathStep>,
     /// The same up to where gentle bends and sharp corners part first; none where they do not.
     first: Option<Box<Moves>>,
+    /// Whether a curve was looked for and none was found.
+    is_unfound: bool,
 }
 
 impl Conditioner {
@@ -298,6 +289,9 @@ impl Conditioner {
                 let (from, start) = self.start();
                 let (to, end) = self.end(rests);
                 match self.decide([from, to], [start, end], judge) {
+                    Err(moves) if self.rests_behind_first(&moves, judge, out) => {
+                        self.close(rests, judge, out);
+                    }
                     Ok(found) => {
                         self.joiner.lead_in_to(from, out);
                         emit(found.pieces, out);
@@ -355,6 +349,9 @@ impl Conditioner {
         let found = if is_open {
             match self.decide([from, last.length], [start, Tie::Place], judge) {
                 Ok(found) => found,
+                Err(moves) if self.rests_behind_first(&moves, judge, out) => {
+                    return self.work_off(judge, out);
+                }
                 Err(Moves {
                     first: Some(first), ..
                 }) => return self.part(Taken::Open, Some(*first), judge, out),
@@ -389,93 +386,6 @@ impl Conditioner {
         }
         self.cut(found, most.saturating_sub(CUT_PIECES).max(1)..=most, out);
         self.due = (2 * self.held).max(NEXT_LOOK);
-    }
-
-    /// How many pieces of a curve end before the last move. That one stays whole: how the curve ends on
-    /// it is not known yet.
-    fn before_last(&self, found: &Found) -> usize {
-        let last = self.section.len() - 1;
-        found.places.partition_point(|(line, _)| *line < last)
-    }
-
-    /// Outputs the beginning of a curve. It ends after one of these numbers of pieces, where it bends
-    /// least: what is given there leaves the rest the most freedom.
-    fn cut(&mut self, mut found: Found, among: RangeInclusive<usize>, out: &mut Vec<PathStep>) {
-        let done = among
-            .min_by(|a, b| found.bend(*a).total_cmp(&found.bend(*b)))
-            .unwrap_or(1);
-        let (line, s) = found.places[done - 1];
-        self.from = s;
-        self.section.drain(..line);
-        self.held = self.section.iter().map(joint::weight).sum();
-        let state = found.ends[done - 1];
-        let rest = found.split_off(done);
-        emit(found.pieces, out);
-        self.taken = Taken::Curve(Box::new(Begun { state, rest }));
-    }
-
-    /// The curve from where its beginning ends; where none is found from there, from further on along
-    /// what had been found.
-    fn find_on(
-        &mut self,
-        to: f64,
-        end: Tie,
-        judge: &dyn Judge,
-        out: &mut Vec<PathStep>,
-    ) -> Option<Found> {
-        for later in 0..=LATER_CUTS {
-            let Taken::Curve(begun) = &self.taken else {
-                return None;
-            };
-            let start = Tie::State(begun.state);
-            if let Some(found) = self.find([self.from, to], [start, end], judge) {
-                return Some(found);
-            }
-            let most = self.before_last(&begun.rest).min(CUT_PIECES);
-            if most == 0 || later == LATER_CUTS {
-                return None;
-            }
-            let rest = begun.rest.clone();
-            self.cut(rest, most.div_ceil(2)..=most, out);
-        }
-        None
-    }
-
-    /// Goes on where no curve is found from where the last one ends.
-    fn give_up(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
-        match std::mem::replace(&mut self.taken, Taken::Moves) {
-            Taken::Curve(begun) if self.is_mixed() => {
-                self.part(Taken::Curve(begun), None, judge, out);
-            }
-            // What was found before ends at a vertex: from there on vertex by vertex.
-            Taken::Curve(begun) => self.fall_back(begun.rest.pieces, judge, out),
-            taken => self.taken = taken,
-        }
-    }
-
-    /// Outputs what was found before, which ends at a vertex, and goes on vertex by vertex from a
-    /// stop there.
-    fn fall_back(&mut self, rest: Vec<Piece>, judge: &dyn Judge, out: &mut Vec<PathStep>) {
-        let done = rest.last().map(|piece| piece.marks[1].segment);
-        emit(rest, out);
-        out.push(PathStep::Stop(Stop::default()));
-        self.curve_stops += 1;
-        self.joiner.forget();
-        for line in self
-            .section
-            .iter()
-            .filter(|line| done.is_none_or(|done| line.segment > done))
-        {
-            self.joiner.push(line, judge, out);
-        }
-        if self.section.iter().all(|line| done >= Some(line.segment)) {
-            // All of it is behind: nothing may begin on its last line again.
-            self.section.clear();
-            self.rested = true;
-        } else {
-            self.section.drain(..self.section.len() - 1);
-        }
-        self.taken = Taken::Moves;
     }
 
     /// Where the curve begins, and how.
@@ -583,9 +493,11 @@ impl Conditioner {
             (false, true) => FASTER_PART_OF_CORNERS,
             (false, false) => FASTER_PART,
         };
+        let mut is_unfound = false;
         let found = judge.time_to_beat_s(&whole, part).and_then(|most_s| {
-            self.find([from, to], [start, end], judge)
-                .filter(|found| self.curve_s(found, from, to, judge) < most_s)
+            let found = self.find([from, to], [start, end], judge);
+            is_unfound = found.is_none();
+            found.filter(|found| self.curve_s(found, from, to, judge) < most_s)
         });
         found.ok_or_else(|| Moves {
             lines,
@@ -595,10 +507,12 @@ impl Conditioner {
                     joiner,
                     steps: steps[..count].to_vec(),
                     first: None,
+                    is_unfound: false,
                 })
             }),
             joiner,
             steps,
+            is_unfound,
         })
     }
 
@@ -631,6 +545,7 @@ impl Conditioner {
             joiner,
             steps,
             first: None,
+            is_unfound: false,
         }
     }
 

@@ -36,6 +36,13 @@ fn chords(radius: f64, in_a_turn: u32, turns: u32, tolerance: f64, grid: f64) ->
     program
 }
 
+/// How long a turn by an angle takes as an arc, s.
+fn turn(radius: f64, angle: f64) -> f64 {
+    let mut program = Program::new(continuous(0.01), 100.0);
+    program.arc(0.0, radius, angle);
+    seconds(&program.run())
+}
+
 /// The same as arcs.
 fn arcs(radius: f64, turns: u32) -> f64 {
     let mut program = Program::new(continuous(0.01), 100.0);
@@ -439,17 +446,31 @@ fn corners_between_points_take_as_long_as_between_arcs() {
     }
 }
 
-/// A grid as coarse as the tolerance: points may lie 0.7 P beside the circle that they stand for.
+/// A grid half as coarse as the tolerance, or as coarse: points may lie 0.7 P beside the circle that they stand
+/// for. However dense they are, they take as long as their circle. Of the largest one a quarter.
 #[test]
-fn points_on_a_coarse_grid_do_not_stop_the_motion() {
-    let circle = arcs(5.0, 1);
-    for (in_a_turn, most) in [(1571, 1.1), (3142, 1.7)] {
-        let mut program = chords(5.0, in_a_turn, 1, 0.01, 0.01);
+fn points_on_a_coarse_grid_take_the_time_of_their_circle() {
+    for (radius, in_a_turn, grid) in [
+        (5.0, 1571, 0.01),
+        (5.0, 3142, 0.01),
+        (5.0, 10_472, 0.007),
+        (12.0, 7540, 0.0085),
+        (12.0, 25_133, 0.007),
+        (30.0, 62_832, 0.005),
+    ] {
+        let mut program = chords(radius, in_a_turn, 1, 0.01, grid);
+        let part = if radius > 20.0 { 4 } else { 1 };
+        program.moves.truncate((in_a_turn / part) as usize);
+        program.here = program.moves[program.moves.len() - 1].curve.end();
         program.moves.retain(|m| m.curve.length() > 0.0);
         let samples = program.run();
         judge(&program, &samples, 0.01, ANY);
+        let circle = turn(radius, TAU / f64::from(part));
         let times = seconds(&samples) / circle;
-        assert!(times < most, "{in_a_turn} points: {times}");
+        assert!(
+            times < 1.01,
+            "R{radius}, {in_a_turn} points, grid {grid}: {times}"
+        );
     }
 }
 

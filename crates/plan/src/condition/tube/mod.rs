@@ -7,13 +7,16 @@
 //! points, and narrowed where that leaves the tube.
 
 mod fit;
+mod found;
 mod paced;
+mod passage;
 mod spline;
 mod swing;
 mod way;
 
 use crate::piece::Piece;
 use fit::{Fit, Site, Squared};
+pub(super) use found::Found;
 use lostmotion_base::vec::{Vec3, along, dot, norm, scale, sub};
 use lostmotion_base::{Coords, threads};
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
@@ -101,72 +104,11 @@ impl Tie {
     }
 }
 
-/// A curve that was found and proven.
-#[derive(Clone, Debug)]
-pub(super) struct Found {
-    pub(super) pieces: Vec<Piece>,
-    /// The state at the end of each piece.
-    pub(super) ends: Vec<HermiteEnd>,
-    /// Line and parameter on it at the end of each piece.
-    pub(super) places: Vec<(usize, f64)>,
-    /// By piece, the speed at both ends of the motion as which it was found, mm/s; none where that was at
-    /// a steady pace.
-    pub(super) speeds: Vec<Option<[f64; 2]>>,
-}
-
-impl Found {
-    /// The curvature where some of its pieces end, 1/mm.
-    pub(super) fn bend(&self, pieces: usize) -> f64 {
-        let Some(end) = pieces.checked_sub(1).and_then(|last| self.ends.get(last)) else {
-            return f64::INFINITY;
-        };
-        let (d1, d2) = (end.d1.linear(), end.d2.linear());
-        let square = dot(d1, d1);
-        norm(along(d2, d1, -dot(d1, d2) / square)) / square
-    }
-
-    /// Whether some of it was found as a motion.
-    pub(super) fn has_motion(&self) -> bool {
-        self.speeds.iter().any(Option::is_some)
-    }
-
-    /// Its pieces; those of a motion straight, with its speeds as feeds.
-    pub(super) fn straightened(&self) -> impl Iterator<Item = Piece> {
-        let pieces = self.pieces.iter().zip(&self.speeds);
-        pieces.map(|(piece, speeds)| match speeds {
-            None => piece.clone(),
-            Some([from, to]) => Piece {
-                feed: piece.feed.min(from.max(*to)),
-                curve: Curve::line(piece.curve.start(), piece.curve.end()),
-                ..piece.clone()
-            },
-        })
-    }
-
-    /// Keeps so many pieces, and returns those behind, whose lines are counted from that on which they begin.
-    pub(super) fn split_off(&mut self, pieces: usize) -> Found {
-        let first = self.places[pieces - 1].0;
-        let places = self.places.split_off(pieces).into_iter();
-        Found {
-            pieces: self.pieces.split_off(pieces),
-            ends: self.ends.split_off(pieces),
-            places: places.map(|(line, s)| (line - first, s)).collect(),
-            speeds: self.speeds.split_off(pieces),
-        }
-    }
-
-    /// Puts a motion in the place of some of its pieces.
-    fn replace(&mut self, pieces: Range<usize>, motion: Found) {
-        self.pieces.splice(pieces.clone(), motion.pieces);
-        self.ends.splice(pieces.clone(), motion.ends);
-        self.places.splice(pieces.clone(), motion.places);
-        self.speeds.splice(pieces, motion.speeds);
-    }
-}
-
 /// The smoothest curve at a steady pace.
-#[derive(Clone, Debug)]
-struct Steady {
+#[derive(Debug)]
+struct Steady<'a> {
+    /// The way with other parameters, where the curve passes its vertices elsewhere than they said.
+    passed: Option<Way<'a>>,
     /// `None` where it could not be proven: it may still lead to one that can.
     found: Option<Found>,
     breaks: Breaks,
@@ -189,10 +131,12 @@ pub(super) fn curve(
     threads: usize,
 ) -> Option<Found> {
     let Steady {
+        passed,
         found,
         breaks,
         states,
     } = steady(way, ties)?;
+    let way = passed.as_ref().unwrap_or(way);
     let motion = |way: &Way<'_>, ties, start: (&Breaks, &[HermiteEnd]), is_proven| {
         let (paced, speeds) = swing::curve(way, ties, start, joints, is_proven)?;
         let found = assembled(&paced.way, &paced.breaks, &paced.states)?;
@@ -241,7 +185,7 @@ pub(super) fn curve(
 }
 
 /// The smoothest curve along a way; `None` where it is too short to have any.
-fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
+fn steady<'a>(way: &Way<'a>, given: [Tie; 2]) -> Option<Steady<'a>> {
     let ties = given.map(Tie::by_length);
     let breaks = way.breaks(ties.map(|tie| tie.direction()))?;
     let count = breaks.coefficients();
@@ -269,7 +213,7 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
     }
     let mut fit = Fit::new(&breaks, Squared, head..count - tail).roughly(FIRST_ROUGH);
     let mut sites = sites(way, &breaks);
-    let mut found = None;
+    let (mut found, mut passed) = (None, None);
     let mut narrowed: Vec<usize> = Vec::new();
     // Before the first time that parts were found again; nothing once that did not help.
     let mut whole = Some(None);
@@ -286,23 +230,20 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
             _ => fit.solve(&mut coefficients, &mut sites),
         };
         let states = breaks.states(&coefficients);
-        // It may begin where another one ended, whose parameter goes otherwise.
-        let paced = if given.iter().all(Tie::is_by_length) {
-            None
-        } else {
-            Some(Paced::new(
-                way,
-                &given,
-                (&breaks, &states),
-                way.parameters(),
-            )?)
-        };
-        let excess = match &paced {
-            Some(paced) => paced.excess()?,
-            None => TubeExcess::new(way, &breaks, |k| {
-                Cubic::new(&states[k], &states[k + 1], breaks.0[k + 1] - breaks.0[k])
-            }),
-        };
+        let (mut paced, mut excess) = looked_at(way, &given, (&breaks, &states))?;
+        passed = None;
+        if !excess.is_none() && way.is_rough() {
+            // It may pass its vertices elsewhere than their parameters say.
+            let ahead = |vertex| way.passing(vertex);
+            let w = passage::passed(way, (&breaks, &states), ahead, way.parameters(), |_, _| ());
+            let elsewhere = way.with_parameters(w);
+            let other = looked_at(&elsewhere, &given, (&breaks, &states))?;
+            if other.1.misses() < excess.misses() {
+                (paced, excess) = other;
+                passed = Some(elsewhere);
+            }
+        }
+        let way = passed.as_ref().unwrap_or(way);
         if excess.is_none() {
             found = match &paced {
                 Some(paced) => assembled(&paced.way, &paced.breaks, &paced.states),
@@ -330,10 +271,28 @@ fn steady(way: &Way<'_>, given: [Tie; 2]) -> Option<Steady> {
     }
     let states = breaks.states(&coefficients);
     Some(Steady {
+        passed,
         found,
         breaks,
         states,
     })
+}
+
+/// Where a curve leaves the tube; and the curve by its parameter, where that does not go as the length does since
+/// that of what lies beyond does not. `None` where a piece has no length.
+fn looked_at<'a>(
+    way: &Way<'a>,
+    given: &[Tie; 2],
+    (breaks, states): (&Breaks, &[HermiteEnd]),
+) -> Option<(Option<Paced<'a>>, TubeExcess)> {
+    if given.iter().all(Tie::is_by_length) {
+        let cubic =
+            |k: usize| Cubic::new(&states[k], &states[k + 1], breaks.0[k + 1] - breaks.0[k]);
+        return Some((None, TubeExcess::new(way, breaks, cubic)));
+    }
+    let paced = Paced::new(way, given, (breaks, states), way.parameters())?;
+    let excess = paced.excess()?;
+    Some((Some(paced), excess))
 }
 
 /// The parts of a curve of so many intervals that are found again where some of them were narrowed, in
@@ -450,6 +409,12 @@ impl TubeExcess {
     fn is_none(&self) -> bool {
         self.sides.iter().all(|part| *part <= 1.0)
             && self.vertices.iter().all(|(part, _)| *part <= 1.0)
+    }
+
+    /// In how many intervals a side or a vertex is missed.
+    fn misses(&self) -> usize {
+        let sides = self.sides.iter().filter(|part| **part > 1.0).count();
+        sides + self.vertices.iter().filter(|(part, _)| *part > 1.0).count()
     }
 
     /// Makes sites of the vertices that are missed, given interval and vertex, and narrows the tube

@@ -14,6 +14,14 @@ use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
 /// Part of the tolerance within which the vertices are thinned.
 const THINNED_PART: f64 = 0.5;
+/// The same of a rough way, whose vertices lie about the tolerance beside what they stand for. A choice: nearly
+/// all of it, so that no corner of what is left is one of theirs.
+const ROUGH_PART: f64 = 0.98;
+/// A way is rough where that leaves less than one leg of so many. A choice: along a smooth curve it leaves one of
+/// 1.4, two at most where halves are halved.
+const ROUGH_LEGS: usize = 2;
+/// Vertices of a way that may be rough, at least.
+const LEAST_ROUGH: usize = 8;
 /// Distance of breaks at a corner, in units of the tolerance over the angle. Measured.
 const CORNER_STEP: f64 = 1.0;
 /// The same where the curve begins or ends in a given direction.
@@ -51,6 +59,7 @@ pub(crate) struct Way<'a> {
     kept: Vec<usize>,
     /// Of each leg.
     tolerances: Vec<f64>,
+    is_rough: bool,
 }
 
 impl<'a> Way<'a> {
@@ -104,7 +113,15 @@ impl<'a> Way<'a> {
             }
         }
         let least = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
-        let kept = thinned(&vertices, THINNED_PART * least);
+        let mut is_rough = false;
+        let mut kept = thinned(&vertices, THINNED_PART * least);
+        if kept.len() > LEAST_ROUGH {
+            let smooth = thinned(&vertices, ROUGH_PART * least);
+            is_rough = kept.len() > ROUGH_LEGS * smooth.len();
+            if is_rough {
+                kept = smooth;
+            }
+        }
         let mut w = vec![0.0; vertices.len()];
         for pair in kept.windows(2) {
             let (a, b) = (vertices[pair[0]], vertices[pair[1]]);
@@ -124,6 +141,7 @@ impl<'a> Way<'a> {
             w,
             kept,
             tolerances,
+            is_rough,
         })
     }
 
@@ -172,6 +190,7 @@ impl<'a> Way<'a> {
             w,
             kept,
             tolerances: self.tolerances[first..=last].to_vec(),
+            is_rough: self.is_rough,
         }
     }
 
@@ -208,6 +227,7 @@ impl<'a> Way<'a> {
             w,
             kept: self.kept.clone(),
             tolerances: self.tolerances.clone(),
+            is_rough: self.is_rough,
         }
     }
 
@@ -216,6 +236,12 @@ impl<'a> Way<'a> {
             .iter()
             .copied()
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether its vertices lie about the tolerance beside what they stand for, so that a smooth curve inside the
+    /// tube may pass them elsewhere than their parameters say.
+    pub(super) fn is_rough(&self) -> bool {
+        self.is_rough
     }
 
     /// The thinned vertices between the ends.
@@ -559,6 +585,7 @@ mod tests {
             w: vec![0.0, 1.0, 1.0, 2.0, 4.0],
             kept: vec![0, 1, 4],
             tolerances: vec![0.4, 0.1, 0.3, 0.2],
+            is_rough: false,
         };
         let mut walk = way.walk();
         for step in 0..=18 {

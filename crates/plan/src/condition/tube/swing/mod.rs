@@ -8,12 +8,12 @@
 //! time. It is looked for where the steady curve is slower than the feed ([`slow`]).
 
 mod jerks;
-mod passage;
 mod slow;
 mod times;
 
 use super::fit::{Fit, Rail, Site};
 use super::paced::Paced;
+use super::passage::passed;
 use super::spline::Breaks;
 use super::way::Way;
 use super::{AIMED_PART, Cubic, MAX_NARROWINGS, Tie};
@@ -207,6 +207,18 @@ impl<'a, 'b> Motion<'a, 'b> {
             ahead,
         };
         Some((motion, steady))
+    }
+
+    /// Finds when each vertex is passed, and where the curve leads to there.
+    fn pass(&mut self) {
+        let states = self.breaks.states(&self.coefficients);
+        self.passed = passed(
+            self.way,
+            (&self.breaks, &states),
+            |vertex| self.ahead[vertex],
+            &self.passed,
+            |vertex, direction| self.directions[vertex] = direction,
+        );
     }
 
     /// Where the curve has to be near the way.
