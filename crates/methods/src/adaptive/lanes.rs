@@ -17,6 +17,7 @@ use super::window::{Sample, Window};
 use lostmotion_base::{Clock, Number, Wide};
 use pulp::Simd;
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// Hypotheses side by side.
 pub(super) const LANES: usize = 8;
@@ -24,8 +25,36 @@ pub(super) const LANES: usize = 8;
 /// period; more cost time in proportion.
 pub(super) const STEPS_PER_SAMPLE: usize = 4;
 
-/// One number for each hypothesis.
-pub(super) type Lanes = [f64; LANES];
+/// One number for each hypothesis, where a vector of them is read and written in one piece.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(align(64))]
+pub(super) struct Lanes(pub(super) [f64; LANES]);
+
+impl Lanes {
+    /// Every number through a function.
+    #[inline(always)]
+    pub(super) fn map(&self, function: impl Fn(f64) -> f64) -> Lanes {
+        let mut lanes = *self;
+        for lane in &mut lanes.0 {
+            *lane = function(*lane);
+        }
+        lanes
+    }
+}
+
+impl Deref for Lanes {
+    type Target = [f64; LANES];
+
+    fn deref(&self) -> &[f64; LANES] {
+        &self.0
+    }
+}
+
+impl DerefMut for Lanes {
+    fn deref_mut(&mut self) -> &mut [f64; LANES] {
+        &mut self.0
+    }
+}
 
 /// What the shaft, the load and the motor's friction may be. Motor side, SI.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,17 +123,17 @@ impl Progress {
         let speed = 2.0 * mean(SPEED_SAMPLES / 2) - mean(SPEED_SAMPLES);
         let side = f64::from(window.side);
         // pressed on its flank so far that the spring carries the observed torque
-        let lead = std::array::from_fn(|lane| {
+        let lead = Lanes(std::array::from_fn(|lane| {
             side * hypotheses.half_gap[lane] + window.torque / hypotheses.stiffness[lane]
-        });
+        }));
         // a load at rest stands; one on the way must not stick in the transient of the start
-        let load_speed = [if window.stands { 0.0 } else { speed }; LANES];
+        let load_speed = Lanes([if window.stands { 0.0 } else { speed }; LANES]);
         Progress {
             next: 1,
             lead,
             load_speed,
-            off: [0.0; LANES],
-            speed: [speed; LANES],
+            off: Lanes::default(),
+            speed: Lanes([speed; LANES]),
             filter: SteadyFilter::default(),
             start: StartFilter::default(),
         }
@@ -143,8 +172,8 @@ impl Progress {
         // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / self.filter.span;
         let torque = self.load(simd, stays, speed);
-        let innovation = self.motor(known, p, &torque, from, to);
-        self.correct(&innovation.e, gains);
+        let innovation = self.motor(simd, known, p, &torque, from, to);
+        self.correct(simd, &innovation.e, gains);
         Some((!warm).then_some(innovation))
     }
 
@@ -173,9 +202,9 @@ impl Progress {
     /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
     fn load<S: Simd>(&mut self, simd: S, stays: &Stays, motor_speed: f64) -> Lanes {
-        let mut mean = [0.0; LANES];
+        let mut mean = Lanes::default();
         for part in 0..LANES / S::F64_LANES {
-            let get = |lanes: &Lanes| Wide::get(simd, lanes, part);
+            let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
             let laws = stays.load.map(get);
             let driven = Driven::new(&laws, motor_speed);
             let mut load = [get(&self.lead), get(&self.load_speed)];
@@ -190,17 +219,18 @@ impl Progress {
                 };
                 sum = sum + torque;
             }
-            (sum * sum.constant(1.0 / STEPS_PER_SAMPLE as f64)).put(&mut mean, part);
-            load[0].put(&mut self.lead, part);
-            load[1].put(&mut self.load_speed, part);
+            (sum * sum.constant(1.0 / STEPS_PER_SAMPLE as f64)).put(&mut mean.0, part);
+            load[0].put(&mut self.lead.0, part);
+            load[1].put(&mut self.load_speed.0, part);
         }
         mean
     }
 
     /// Moves the motor over a sample; returns how far the measured position is from there.
     #[inline(always)]
-    fn motor(
+    fn motor<S: Simd>(
         &mut self,
+        simd: S,
         known: &Known,
         p: &Hypotheses,
         torque: &Lanes,
@@ -215,17 +245,21 @@ impl Progress {
         let way = to.position
             - from.position
             - span * span * inverse * known.torque_constant * to.fall / 12.0;
-        let mut e = [0.0; LANES];
-        for lane in 0..LANES {
-            let speed = self.speed[lane];
+        let mut e = Lanes::default();
+        for part in 0..LANES / S::F64_LANES {
+            let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
+            let all = |value: f64| Wide::all(simd, value);
+            let speed = get(&self.speed);
             // prediction: change of speed by motor torque, shaft and viscous friction, then Coulomb
             // friction
-            let gain = span * inverse * (drive - torque[lane] - known.viscous * speed);
-            let next = slide(speed, gain, span * inverse * p.motor_coulomb[lane]);
+            let gain = all(span * inverse)
+                * ((all(drive) - get(torque)) - all(known.viscous) * speed);
+            let next = slide(speed, gain, all(span * inverse) * get(&p.motor_coulomb));
             // off: predicted less measured position; differences keep the digits of a long way
-            let off = self.off[lane] + 0.5 * span * (speed + next) - way;
-            e[lane] = -off;
-            (self.off[lane], self.speed[lane]) = (off, next);
+            let off = (get(&self.off) + all(0.5 * span) * (speed + next)) - all(way);
+            (-off).put(&mut e.0, part);
+            off.put(&mut self.off.0, part);
+            next.put(&mut self.speed.0, part);
         }
         // what the parabola does not describe counts as noise, as large as its own correction
         let untold = span * span * inverse * known.torque_constant * to.fall / 12.0;
@@ -238,23 +272,25 @@ impl Progress {
     /// Takes in an innovation: with the gains of the steady-state filter, and while the start is being found with
     /// those that know how uncertain it is. A load that stands stays where it is.
     #[inline(always)]
-    fn correct(&mut self, e: &Lanes, gains: Option<Gains>) {
+    fn correct<S: Simd>(&mut self, simd: S, e: &Lanes, gains: Option<Gains>) {
         let SteadyFilter {
             alpha, beta, span, ..
         } = self.filter;
         let [lead, load_speed, off, speed] = gains.unwrap_or([0.0, 0.0, alpha, beta / span]);
-        for (lane, e) in e.iter().enumerate() {
-            self.off[lane] += off * e;
-            self.speed[lane] += speed * e;
-        }
-        // once it is found the load need not wait for the motor
-        if gains.is_none() {
-            return;
-        }
-        for (lane, e) in e.iter().enumerate() {
-            let moves = self.load_speed[lane].abs() > 0.0;
-            self.lead[lane] += lead * e;
-            self.load_speed[lane] += if moves { load_speed * e } else { 0.0 };
+        for part in 0..LANES / S::F64_LANES {
+            let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
+            let e = get(e);
+            let by = |gain: f64| Wide::all(simd, gain) * e;
+            (get(&self.off) + by(off)).put(&mut self.off.0, part);
+            (get(&self.speed) + by(speed)).put(&mut self.speed.0, part);
+            // once it is found the load need not wait for the motor
+            if gains.is_some() {
+                let before = get(&self.load_speed);
+                let moves = e.zero().less(before.abs());
+                let gained = Wide::choose(moves, by(load_speed), e.zero());
+                (get(&self.lead) + by(lead)).put(&mut self.lead.0, part);
+                (before + gained).put(&mut self.load_speed.0, part);
+            }
         }
     }
 }
@@ -285,11 +321,14 @@ impl Stays {
 /// Speed after a gain of speed against Coulomb friction that takes at most `most` of it. A mass that
 /// reverses does so within the sample, and friction changes its sign there.
 #[inline(always)]
-pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
+pub(super) fn slide<N: Number>(speed: N, gain: N, most: N) -> N {
     let after = slid_on(speed, gain, most);
-    let turned = turned(speed, after, gain, most);
-    // a select, which vectorises
-    if speed * after <= 0.0 { turned } else { after }
+    let turns = (speed * after).at_most(speed.zero());
+    // few of them turn around
+    if N::none(turns) {
+        return after;
+    }
+    N::choose(turns, turned(speed, after, gain, most), after)
 }
 
 /// The same of a single mass: what it would do if it turned around is computed only if it does.
@@ -304,22 +343,18 @@ pub(super) fn slide_alone(speed: f64, gain: f64, most: f64) -> f64 {
 
 /// Speed afterwards, as long as it keeps its sign.
 #[inline(always)]
-fn slid_on(speed: f64, gain: f64, most: f64) -> f64 {
-    speed + gain - if speed > 0.0 { most } else { -most }
+fn slid_on<N: Number>(speed: N, gain: N, most: N) -> N {
+    (speed + gain) - N::choose(speed.zero().less(speed), most, -most)
 }
 
 /// Speed afterwards of a mass that stood or came to rest.
 #[inline(always)]
-fn turned(speed: f64, after: f64, gain: f64, most: f64) -> f64 {
+fn turned<N: Number>(speed: N, after: N, gain: N, most: N) -> N {
     // what friction leaves of the gain at rest: nothing below its limit
-    let above = if gain < -most { -most } else { gain };
-    let driven = gain - if above > most { most } else { above };
+    let driven = gain - gain.clamp(-most, most);
     // part of the sample that is left after the zero of the speed
-    let left = if speed.abs() > 0.0 {
-        after / (after - speed)
-    } else {
-        1.0
-    };
+    let moved = speed.zero().less(speed.abs());
+    let left = N::choose(moved, after / (after - speed), speed.constant(1.0));
     left * driven
 }
 
@@ -386,11 +421,13 @@ mod tests {
     #[test]
     fn vectors_give_the_same_bits_as_plain_arithmetic() {
         let each = |first: f64, ratio: f64| {
-            std::array::from_fn(|lane| first * (1.0 + ratio * lane as f64))
+            Lanes(std::array::from_fn(|lane| {
+                first * (1.0 + ratio * lane as f64)
+            }))
         };
         let p = Hypotheses {
             half_gap: each(2e-4, 0.7),
-            coulomb: each(0.0, 0.0).map(|_: f64| 0.3),
+            coulomb: Lanes([0.3; LANES]),
             constant: each(0.05, 0.1),
             inertia: each(2e-3, 0.4),
             viscous: each(1e-3, 0.2),
@@ -409,7 +446,7 @@ mod tests {
         window.samples = (0..400).map(at).collect();
         // loads at rest and on the way in one vector
         let start = Progress {
-            load_speed: each(-0.4, 0.5).map(|speed: f64| if speed < -1.5 { 0.0 } else { speed }),
+            load_speed: each(-0.4, 0.5).map(|speed| if speed < -1.5 { 0.0 } else { speed }),
             ..Progress::start(&window, &p)
         };
         let (mut wide, mut plain) = (start, start);
@@ -434,7 +471,7 @@ mod tests {
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let One(progress, p, stays, window) = self;
             let innovation = progress.step(simd, &KNOWN, p, stays, window)?;
-            Some(innovation.map(|innovation| innovation.e.map(f64::to_bits)))
+            Some(innovation.map(|innovation| innovation.e.0.map(f64::to_bits)))
         }
     }
 
@@ -446,10 +483,10 @@ mod tests {
             let p = uniform(&at, 0.0);
             let mut progress = Progress {
                 next: 1,
-                lead: [1e-3; LANES],
-                load_speed: [1e-12; LANES],
-                off: [0.0; LANES],
-                speed: [0.0; LANES],
+                lead: Lanes([1e-3; LANES]),
+                load_speed: Lanes([1e-12; LANES]),
+                off: Lanes::default(),
+                speed: Lanes::default(),
                 filter: KNOWN.filter(1),
                 start: StartFilter::default(),
             };

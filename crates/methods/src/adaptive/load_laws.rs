@@ -103,7 +103,7 @@ impl LoadLaws<Lanes> {
     #[inline(always)]
     pub(super) fn new(p: &Hypotheses, step: Step) -> LoadLaws<Lanes> {
         let (h, ahead) = (step.time_s, step.part * step.time_s);
-        let each = |value: &dyn Fn(usize) -> f64| -> Lanes { std::array::from_fn(value) };
+        let each = |value: &dyn Fn(usize) -> f64| -> Lanes { Lanes(std::array::from_fn(value)) };
         let inverse = p.inertia.map(|inertia| 1.0 / inertia);
         let [gain, by_drag] = [h, ahead].map(|time| inverse.map(|inverse| time * inverse));
         let give = each(&|lane| by_drag[lane] * (ahead * p.stiffness[lane] + p.damping[lane]));
@@ -127,10 +127,10 @@ impl LoadLaws<Lanes> {
             by_speed,
             push: shaft.map(|by| times(&gain, &by)),
             shaft,
-            step: [h; LANES],
-            ahead: [ahead; LANES],
-            before: [h * (1.0 - step.part); LANES],
-            after: [h * step.part; LANES],
+            step: Lanes([h; LANES]),
+            ahead: Lanes([ahead; LANES]),
+            before: Lanes([h * (1.0 - step.part); LANES]),
+            after: Lanes([h * step.part; LANES]),
         }
     }
 }

@@ -51,7 +51,7 @@ impl Sums {
     #[inline(always)]
     pub(super) fn add(&mut self, innovation: &Innovation, derivatives: bool) {
         let (weight, e) = (1.0 / innovation.variance, &innovation.e);
-        for (sum, e) in self.cost.iter_mut().zip(e) {
+        for (sum, e) in self.cost.iter_mut().zip(&e.0) {
             *sum += weight * e * e;
         }
         if !derivatives {
@@ -59,11 +59,11 @@ impl Sums {
         }
         // lane 0 is the point, lane i + 1 the point with unknown i changed
         let (slope, point) = (e.map(|changed| changed - e[0]), e[0]);
-        for (sum, slope) in self.right.iter_mut().zip(slope) {
+        for (sum, slope) in self.right.iter_mut().zip(&slope.0) {
             *sum -= weight * slope * point;
         }
         for (row, of_row) in self.normal.iter_mut().zip(&slope[1..]) {
-            for (sum, slope) in row.iter_mut().zip(slope) {
+            for (sum, slope) in row.iter_mut().zip(&slope.0) {
                 *sum += weight * of_row * slope;
             }
         }

@@ -159,7 +159,7 @@ pub(super) fn uniform(at: &Vector, damping: f64) -> Hypotheses {
         viscous,
         stiffness,
         motor_coulomb,
-    ] = at.map(|value| [value; LANES]);
+    ] = at.map(|value| Lanes([value; LANES]));
     Hypotheses {
         half_gap,
         coulomb,
@@ -167,7 +167,7 @@ pub(super) fn uniform(at: &Vector, damping: f64) -> Hypotheses {
         inertia,
         viscous,
         stiffness,
-        damping: [damping; LANES],
+        damping: Lanes([damping; LANES]),
         motor_coulomb,
     }
 }

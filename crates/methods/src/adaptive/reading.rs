@@ -14,7 +14,7 @@
 //! The work is spread over servo ticks, a fixed number of samples in each, so that no tick takes
 //! longer than another.
 
-use super::lanes::{Hypotheses, Known, LANES, Progress, Stays, WARM_UP};
+use super::lanes::{Hypotheses, Known, LANES, Lanes, Progress, Stays, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
 use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, Onset, Said};
@@ -165,7 +165,7 @@ impl Reading {
                 lanes_of(&mut lanes, unknown)[unknown + 1] += step;
             }
         } else {
-            lanes.half_gap = std::array::from_fn(|lane| self.half_gap_of(lane));
+            lanes.half_gap = Lanes(std::array::from_fn(|lane| self.half_gap_of(lane)));
         }
         self.hypotheses = lanes;
         self.progress = Progress::start(window, &self.hypotheses);
@@ -335,9 +335,9 @@ impl Reading {
 
     /// Keeps the best half gap of the lanes, and goes to the next phase.
     fn keep_best(&mut self, next: Phase) {
-        for (gap, cost) in self.hypotheses.half_gap.iter().zip(self.sums.cost) {
-            if cost < self.best.1 {
-                self.best = (*gap, cost);
+        for (gap, cost) in self.hypotheses.half_gap.iter().zip(&self.sums.cost.0) {
+            if *cost < self.best.1 {
+                self.best = (*gap, *cost);
             }
         }
         self.phase = next;

@@ -63,8 +63,8 @@ impl Said {
             ..
         } = *found;
         // costs over the misfit, as the scale of Gauss-Newton
-        let [least, .., endless] = costs.map(|cost| cost / misfit.max(LEAST_SCALE));
-        for (part, cost) in AGAINST.iter().zip(costs) {
+        let [least, .., endless] = costs.map(|cost| cost / misfit.max(LEAST_SCALE)).0;
+        for (part, cost) in AGAINST.iter().zip(&costs.0) {
             // a parabola: a cost larger by c at a distance off means a variance of off^2/c
             let off = (part - 1.0) * at[GAP];
             variance = variance.max(off * off / (cost / misfit.max(LEAST_SCALE) - least).max(1.0));
@@ -185,7 +185,7 @@ mod tests {
         // 6 % off costs 4: a standard deviation of 3 %
         let said = Said::checked(
             &found,
-            &[10.0, 30.0, 30.0, 14.0, 15.0, 500.0, 500.0, 810.0],
+            &Lanes([10.0, 30.0, 30.0, 14.0, 15.0, 500.0, 500.0, 810.0]),
             false,
             1e3,
         );

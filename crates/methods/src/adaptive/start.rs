@@ -64,14 +64,18 @@ impl StartFilter {
     /// Gains of the next sample.
     #[inline(always)]
     pub(super) fn step(&mut self, known: &Known, rates: &StartRates) -> Gains {
-        let mut foreseen = carried(&rates.transition, &self.covariance);
+        let mut foreseen = carried(&rates.turned, &self.covariance);
         foreseen[LOAD_SPEED][LOAD_SPEED] += rates.noise[0];
         foreseen[MOTOR_SPEED][MOTOR_SPEED] += rates.noise[1];
         let variance = foreseen[MOTOR][MOTOR] + square(known.noise);
         let gains: Gains = foreseen.map(|row| row[MOTOR] / variance);
-        self.covariance = std::array::from_fn(|i| {
-            std::array::from_fn(|j| foreseen[i][j] - gains[i] * foreseen[MOTOR][j])
-        });
+        let motor = foreseen[MOTOR];
+        self.covariance = foreseen;
+        for (row, gain) in self.covariance.iter_mut().zip(gains) {
+            for (entry, of_motor) in row.iter_mut().zip(motor) {
+                *entry -= gain * of_motor;
+            }
+        }
         gains
     }
 }
@@ -81,8 +85,8 @@ impl StartFilter {
 pub(super) struct StartRates {
     /// Whether it is on a flank, and whether it has no speed; `None` before the first.
     pub(super) of: Option<[bool; 2]>,
-    /// F, and the diagonal entries of Q at the two speeds.
-    transition: Matrix<N>,
+    /// F', and the diagonal entries of Q at the two speeds.
+    turned: Matrix<N>,
     noise: [f64; 2],
 }
 
@@ -116,9 +120,15 @@ impl StartRates {
             ],
             [-gain * torque[0], -gain * torque[1], 0.0, 1.0],
         ];
+        let mut turned = Matrix::default();
+        for (j, row) in transition.into_iter().enumerate() {
+            for (i, entry) in row.into_iter().enumerate() {
+                turned[i][j] = entry;
+            }
+        }
         StartRates {
             of: Some([is_pressed, stands]),
-            transition,
+            turned,
             noise: [
                 square(span * known.unmodelled * mobility),
                 square(gain * known.unmodelled),
@@ -153,13 +163,24 @@ fn over_sample(
     ([lead, speed], mean)
 }
 
-/// F P F'.
+/// F P F' of F': row by row, so that rows are vectors.
 #[inline(always)]
-fn carried(f: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
-    let half: Matrix<N> = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..N).map(|n| f[i][n] * covariance[n][j]).sum())
-    });
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|n| half[i][n] * f[j][n]).sum()))
+fn carried(turned: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
+    let mut carried = [[0.0; N]; N];
+    for (i, row) in carried.iter_mut().enumerate() {
+        let mut half = [0.0; N];
+        for (of, line) in turned.iter().zip(covariance) {
+            for (sum, entry) in half.iter_mut().zip(line) {
+                *sum += of[i] * entry;
+            }
+        }
+        for (by, line) in half.iter().zip(turned) {
+            for (sum, entry) in row.iter_mut().zip(line) {
+                *sum += by * entry;
+            }
+        }
+    }
+    carried
 }
 
 #[inline(always)]
