@@ -101,6 +101,12 @@ impl Foresee {
             .reserve_exact(PAST_CYCLES.saturating_sub(self.past.len()));
     }
 
+    /// Whether anybody asks: nobody does of an axis that moves alone.
+    #[inline(always)]
+    pub(super) fn is_asked(&self) -> bool {
+        self.asked < MOST_CYCLES
+    }
+
     /// One servo tick: measured motor position (rad), the correction's offset (rad), the half gap (rad)
     /// if it is known, the load if that is, the gapless twin; `ticks` in a command cycle.
     pub(super) fn step(
@@ -111,8 +117,7 @@ impl Foresee {
         twin: &Shown,
         ticks: u32,
     ) {
-        // nobody asks an axis that moves alone
-        if self.asked >= MOST_CYCLES {
+        if !self.is_asked() {
             return;
         }
         let (speed, half_gap, h) = (
@@ -207,7 +212,7 @@ impl Foresee {
     /// for long.
     pub(super) fn clear(&mut self, place: f64) {
         self.kept.clear();
-        if self.asked >= MOST_CYCLES {
+        if !self.is_asked() {
             self.past.clear();
             (self.masses, self.idle, self.tick) = ([Mass { place, speed: 0.0 }; 2], IDLE_TICKS, 0);
         }

@@ -7,7 +7,7 @@ use super::said::Said;
 use super::trust::Trust;
 use super::watch::Watch;
 use super::window::Window;
-use super::{Adaptive, AdaptiveState, Doubts, LARGEST_DOUBT, LEAST_EVIDENCE, used_of};
+use super::{Adaptive, AdaptiveState, Doubts, Kept, LARGEST_DOUBT, LEAST_EVIDENCE, used_of};
 use crate::memory::LARGEST_HALF_GAP_RAD;
 use crate::readings::Readings;
 use lostmotion_drive::twin::LoadModel;
@@ -72,6 +72,7 @@ impl Adaptive {
             gap,
             trust: Trust::remembering(!learned.floats, nil),
             foresee: Foresee::at(motor_position),
+            kept: Kept::default(),
         }
     }
 

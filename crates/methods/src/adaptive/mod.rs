@@ -68,11 +68,12 @@ mod said;
 mod start;
 mod stretch;
 mod trust;
+mod used;
 mod watch;
 mod window;
 
 use crate::AxisConfig;
-use crate::crossing::{Crossing, CrossingState, HalfGap, TORQUE_SHARE};
+use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
 use crate::memory::{LARGEST_HALF_GAP_RAD, negligible_half_gap_rad, tells_friction};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
@@ -94,6 +95,7 @@ use std::f64::consts::TAU;
 use std::mem::swap;
 pub use trust::LONG_REST_S;
 use trust::Trust;
+use used::{Kept, used_of};
 use watch::{Motor, Watch};
 use window::Window;
 
@@ -231,6 +233,8 @@ pub struct AdaptiveState {
     at_rest: f64,
     trust: Trust,
     foresee: Foresee,
+    #[serde(skip)]
+    kept: Kept,
 }
 
 impl Registered for Adaptive {
@@ -354,6 +358,7 @@ impl Adaptive {
             return;
         };
         state.reading = None;
+        state.kept = Kept::default();
         // A load that touched the far flank, came back and rested was met elsewhere in the end: the contact
         // that tells the gap may be among long samples.
         let hidden = said.wavered && state.read.hides();
@@ -430,17 +435,6 @@ impl Adaptive {
     }
 }
 
-/// Half gaps that are used of one that is known so, in motion and at rest, rad; `nil`: it is too small to matter.
-fn used_of(gap: &Readings, nil: bool) -> (f64, f64) {
-    let used = if nil { 0.0 } else { gap.used() };
-    let at_rest = if nil || by_hints(gap, used) {
-        used
-    } else {
-        gap.used_at_rest()
-    };
-    (used, at_rest)
-}
-
 /// Whether a reading is a hint of the gap, though it may not count: a contact beyond doubt, not quite
 /// explained, or one that shows and is explained, over a flank that wavered.
 fn hints(said: &Said, negligible: f64) -> bool {
@@ -451,34 +445,7 @@ fn hints(said: &Said, negligible: f64) -> bool {
         && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
 }
 
-/// The part of a gap that is used while so many readings agree on it; 0 readings where hints alone tell
-/// it. First ones may be too large by a tenth, and what is too small only leaves a part of the error.
-/// Tuned: with the whole gap at once
-/// three of 107 drawn cells threw their loads (20261124-21, 773109-27, 31337-42).
-fn by_degrees(readings: u32) -> f64 {
-    match readings {
-        0 | 1 => 0.8,
-        2 => 0.95,
-        _ => 1.0,
-    }
-}
-
-/// Whether hints alone tell a half gap that is used in motion, rad.
-fn by_hints(gap: &Readings, used: f64) -> bool {
-    gap.count == 0 && used > 0.0
-}
-
 impl Adaptive {
-    /// Half gap that could be used in motion, or at rest, rad.
-    fn half_gap(&self, state: &AdaptiveState, rests: bool) -> f64 {
-        // what is not enough in motion is used in a long rest alone: in short ones it would spoil the readings to come
-        if rests && (state.used > 0.0 || state.trust.rests_long()) {
-            state.at_rest
-        } else {
-            state.used
-        }
-    }
-
     /// How well the load is known now.
     fn doubts(&self, state: &AdaptiveState) -> Doubts {
         let (learning, rated_torque) = (&state.learning, self.motor.rated_torque);
@@ -491,20 +458,6 @@ impl Adaptive {
             } else {
                 learning.inertia_doubt()
             },
-        }
-    }
-
-    /// Half gap that is used at the moment, rad.
-    fn now_used(&self, state: &AdaptiveState) -> HalfGap {
-        let (degrees, share) = (by_degrees(state.gap.count), state.trust.share());
-        HalfGap {
-            moving: share * (degrees * state.used),
-            resting: share
-                * if by_hints(&state.gap, state.used) {
-                    degrees * state.used
-                } else {
-                    self.half_gap(state, true)
-                },
         }
     }
 
@@ -562,6 +515,7 @@ impl Compensator for Adaptive {
             at_rest: 0.0,
             trust: Trust::NONE,
             foresee: Foresee::at(motor_position),
+            kept: Kept::default(),
         }
     }
 
@@ -619,6 +573,7 @@ impl Compensator for Adaptive {
 
     fn heed(&self, state: &mut AdaptiveState, heeded: Heeded) {
         state.trust.heed(heeded);
+        state.kept = Kept::default();
         state.foresee.clear(state.crossing.before.load_position);
     }
 
@@ -630,34 +585,40 @@ impl Compensator for Adaptive {
     fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
         // torque and flank before this tick's decision, for the watch
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
-        // used as far as this axis and those that move with it are ready
-        let used = self.now_used(state);
-        state.trust.places(used.resting > 0.0);
-        // what only winds up the shaft of a load at rest moves nothing
-        let [offset, wound] = state.crossing.ahead();
-        let rests = signals.reference.velocity == 0.0;
-        state.foresee.step(
-            [signals.motor_position - wound, offset - wound],
-            state.trust.known(self.half_gap(state, rests)),
-            (&state.load, state.learning.known),
-            &state.crossing.before,
-            self.cycle_ticks,
-        );
+        let (used, known) = self.use_of(state, signals.reference.velocity == 0.0);
+        if state.foresee.is_asked() {
+            // what only winds up the shaft of a load at rest moves nothing
+            let [offset, wound] = state.crossing.ahead();
+            state.foresee.step(
+                [signals.motor_position - wound, offset - wound],
+                known,
+                (&state.load, state.learning.known),
+                &state.crossing.before,
+                self.cycle_ticks,
+            );
+        }
         let mut correction = self
             .crossing
             .finish(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            if state.learning.news() {
+            let news = state.learning.news();
+            if news {
                 state.doubts = self.doubts(state);
             }
             let Doubts { holding, inertia } = state.doubts;
+            let (reference, side) = (&signals.reference, state.crossing.side);
+            if news || !state.trust.goes_on(reference, side) {
+                state.trust.step(reference, side, holding);
+                state.kept = Kept::default();
+            }
+            let foresees = state.trust.foresees();
             state
                 .trust
-                .step(&signals.reference, state.crossing.side, holding);
-            state
-                .trust
-                .weigh(&signals.reference, &state.load, inertia, state.used);
+                .weigh(reference, &state.load, inertia, state.used);
             state.trust.swing(state.crossing.swings);
+            if state.trust.foresees() != foresees {
+                state.kept = Kept::default();
+            }
         }
         state.since_reading = state.since_reading.saturating_add(1);
         // the flank has been decided: open, extend or close the window, then read on

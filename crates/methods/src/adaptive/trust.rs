@@ -213,6 +213,18 @@ impl Trust {
         self.own(1.0).min(self.allowed())
     }
 
+    /// Whether [`Trust::step`] decides nothing new with this reference and flank: the axis moves on the same way, on
+    /// the same flank. What friction may exceed has to be as it was, too.
+    #[inline(always)]
+    pub(super) fn goes_on(&self, reference: &Reference, side: i8) -> bool {
+        let onward = if self.way > 0 {
+            reference.velocity > 0.0
+        } else {
+            reference.velocity < 0.0
+        };
+        self.moves && onward && side == self.side
+    }
+
     /// Takes the reference and the flank of a tick, and the least and the most that Coulomb friction
     /// may exceed a constant torque, parts of the rated torque.
     #[inline(always)]
