@@ -39,6 +39,7 @@ use crate::AxisConfig;
 use crate::passage::Passage;
 use crate::traverse::STANDING_RAD_S;
 use crate::traverse::{CurrentLag, Offset, Traverse, ticks_for};
+use lostmotion_base::Number;
 use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
@@ -267,7 +268,7 @@ impl Crossing {
                 state.side = side;
                 state.rested = None;
                 self.cross(state, signals, load, to, ticks);
-            } else if self.takes_up && !state.traverse.moving() {
+            } else if self.takes_up && !state.traverse.moving() && !state.has_taken(to) {
                 self.take_up(state, &now, load, half_gaps);
             }
         }
@@ -526,7 +527,8 @@ impl Crossing {
         }
         (state.at_rest, state.crossed_at_rest) = (false, false);
         // a load that friction holds while its axis sets out does not swing
-        let notable = (PULL_SHARE_OF_FRICTION * load.coulomb).max(self.unloaded);
+        let pull = PULL_SHARE_OF_FRICTION * load.coulomb;
+        let notable = pull.larger(self.unloaded);
         state.swings = (signals.reference.velocity != 0.0
             && now.load_velocity.abs() > SLIDING_RAD_S)
             .then_some(torque.abs() > notable && need * torque < 0.0);
@@ -534,7 +536,7 @@ impl Crossing {
         // friction
         let side = if torque > 0.0 { 1 } else { -1 };
         let sure = if stands {
-            torque.abs() > PULL_SHARE_OF_FRICTION * load.coulomb && load.coulomb > self.unloaded
+            torque.abs() > pull && load.coulomb > self.unloaded
         } else {
             torque.abs() > self.unloaded && need * torque > 0.0
         };
@@ -565,9 +567,11 @@ impl Crossing {
         crossing: bool,
     ) -> Correction {
         // wind-up of the shaft under the twin's torque, and its rate
-        let wound = self.wind_up * now.torque / load.stiffness;
-        let wind_speed = (wound - state.wound) / self.period;
-        state.wound = wound;
+        let (before, mut wind_speed) = (state.wound, 0.0);
+        if self.wind_up != 0.0 {
+            state.wound = self.wind_up * now.torque / load.stiffness;
+            wind_speed = (state.wound - before) / self.period;
+        }
         // across the gap the motor moves alone, on the flank it takes the load along
         let carried = if state.taking_up { load.inertia } else { 0.0 };
         let mut torque = (self.twin.motor_inertia() + carried) * offset.acceleration
@@ -590,7 +594,7 @@ impl Crossing {
             torque += state.traverse.carried(twins, load.stiffness, ahead) - twins;
         }
         Correction {
-            position: offset.position + wound,
+            position: offset.position + state.wound,
             velocity: offset.velocity + wind_speed,
             torque,
             gap_angle_estimate: offset.position,
@@ -653,6 +657,12 @@ impl CrossingState {
     /// Whether the motor is on its way from flank to flank.
     pub(crate) fn crossing(&self) -> bool {
         self.traverse.moving() && !self.taking_up
+    }
+
+    /// Whether the axis moves on with this offset, rad, which is all that there is to apply on its flank.
+    #[inline(always)]
+    fn has_taken(&self, offset: f64) -> bool {
+        self.held_ticks == 0 && self.traverse.now() == offset && (self.engaged || offset == 0.0)
     }
 
     /// What the motor is ahead of its reference, rad, and the part of it that only winds up the shaft of a

@@ -249,6 +249,7 @@ impl LearningState {
             || speed * wanted < 0.0
             || speed * self.twin_speed < 0.0;
         self.twin_speed = speed;
+        let was_steady = self.calm >= SETTLE_TICKS;
         self.calm = if disturbed {
             0
         } else {
@@ -256,20 +257,11 @@ impl LearningState {
         };
         let position = signals.motor_position;
         if self.calm < SETTLE_TICKS {
-            // a disturbance ends the stretch: the last whole block opens a bridge, the begun one is
-            // part of it
-            let rest = std::mem::replace(&mut self.block, Block::start(position));
-            // a bridge starts at the last whole block; later disturbances extend it
-            let before = self.before.take();
-            let together = std::mem::replace(&mut self.together, false);
-            self.pending = None;
-            if let Some(row) = self.stretch.end() {
-                self.learn_row(&row, motor, load);
-            }
-            if let Some(before) = before.filter(|_| together) {
-                self.bridge = Some(Bridge::start(before, &rest));
-            } else if let Some(bridge) = &mut self.bridge {
-                bridge.skip(&rest);
+            if was_steady {
+                self.disturb(position, motor, load);
+            } else {
+                // nothing has begun since
+                self.block.position = position;
             }
             // a rest hides how long which torque held the load: no balance over it
             if wanted == 0.0 && signals.next_reference.velocity == 0.0 {
@@ -278,10 +270,11 @@ impl LearningState {
             // at rest friction balances any torque, so its direction is unknown
             let loose = speed.abs() < MOVING_RAD_S
                 || seen.torque.abs() < LOOSE_SHARE * self.filter.mean[2] * motor.rated_torque;
-            self.bridge = self
-                .bridge
-                .take()
-                .and_then(|mut bridge| bridge.push(signals, speed, loose).then_some(bridge));
+            if let Some(bridge) = &mut self.bridge
+                && !bridge.push(signals, speed, loose)
+            {
+                self.bridge = None;
+            }
             return;
         }
         self.block.push(signals);
@@ -296,6 +289,23 @@ impl LearningState {
             if let Some(before) = self.before.replace(last) {
                 self.take(twin, [&before, &last], position, motor, load);
             }
+        }
+    }
+
+    /// A disturbance ends the stretch: the last whole block opens a bridge, the begun one is part of it.
+    fn disturb(&mut self, position: f64, motor: &Motor, load: &mut LoadModel) {
+        let rest = std::mem::replace(&mut self.block, Block::start(position));
+        // a bridge starts at the last whole block; later disturbances extend it
+        let before = self.before.take();
+        let together = std::mem::replace(&mut self.together, false);
+        self.pending = None;
+        if let Some(row) = self.stretch.end() {
+            self.learn_row(&row, motor, load);
+        }
+        if let Some(before) = before.filter(|_| together) {
+            self.bridge = Some(Bridge::start(before, &rest));
+        } else if let Some(bridge) = &mut self.bridge {
+            bridge.skip(&rest);
         }
     }
 

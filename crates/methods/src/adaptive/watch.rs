@@ -12,7 +12,7 @@
 //! ```
 
 use super::window::{Recent, Sample, Tick, Window};
-use lostmotion_base::Clock;
+use lostmotion_base::{Clock, Number};
 use lostmotion_drive::Signals;
 use lostmotion_drive::twin::TwinState;
 use serde::{Deserialize, Serialize};
@@ -181,8 +181,8 @@ impl Watch {
     #[inline(always)]
     fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
         // half of the load's friction, but no less than noise and no more than a light load shows
-        let bounds = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
-        let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
+        let [low, high] = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
+        let pressed = self.seen() * f64::from(flank) > least.larger(low).lesser(high);
         let before = std::mem::replace(&mut self.pressed, pressed);
         if self.pressed && self.open == Open::Left {
             self.forget();
