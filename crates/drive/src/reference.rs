@@ -62,11 +62,6 @@ impl SplineState {
     pub fn ticks(&self) -> u64 {
         self.tick
     }
-
-    /// The reference at the end of the present piece.
-    pub(crate) fn end(&self) -> Reference {
-        self.end
-    }
 }
 
 impl Spline {
@@ -252,7 +247,7 @@ impl Spline {
 
     /// Reference at servo tick `index` of `count` in the present piece; `index == count` is its
     /// end.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, state: &SplineState, index: u32, count: u32) -> Reference {
         // ends come from the nodes, not from the polynomial's rounding
         if index == 0 {

@@ -59,14 +59,13 @@ struct Taken {
 impl Taken {
     /// The reference at a servo tick, and the next one.
     #[inline]
-    fn at(&self, index: u32, spline: &SplineState) -> [Reference; 2] {
-        let at = |index: u32| {
-            self.references
-                .get(index as usize)
-                .copied()
-                .unwrap_or_else(|| spline.end())
-        };
-        [at(index), at(index + 1)]
+    fn at(&self, index: u32) -> [Reference; 2] {
+        let from = index as usize;
+        match self.references.get(from..from + 2) {
+            Some([now, next]) => [*now, *next],
+            // there is one more than ticks
+            _ => [Reference::default(); 2],
+        }
     }
 }
 
@@ -176,7 +175,7 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let references = self.setpoint.at(index, &state.spline);
+        let references = self.setpoint.at(index);
         let [reference, next_reference] = references;
         // the encoder first: everything in the tick sees the same instant
         let measured = model.servo.measure(&mut state.servo, &state.plant);
@@ -284,10 +283,11 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.setpoint.load_torque = load_torque;
         self.setpoint.block = setpoint.block;
         // one more than the ticks: feed-forward looks a tick ahead
-        self.setpoint.references.clear();
-        self.setpoint
-            .references
-            .extend((0..=count).map(|index| spline.at(state, index, count)));
+        let references = &mut self.setpoint.references;
+        references.resize(count as usize + 1, Reference::default());
+        for (index, reference) in (0..=count).zip(references) {
+            *reference = spline.at(state, index, count);
+        }
         // after the spline, which may refuse the setpoint
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
@@ -325,8 +325,8 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         seen: &Seen,
         step: &mut Option<TwinStep<'a>>,
     ) {
-        let references = self.setpoint.at(index, &self.state.spline);
         let (model, block) = (&*self.model, self.setpoint.block);
+        let references = self.setpoint.at(index);
         let signals = &mut self.setpoint.signals;
         model.show(signals, references, block, seen);
         self.setpoint.begun = true;

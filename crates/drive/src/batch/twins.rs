@@ -15,8 +15,8 @@ use crate::servo::{
     VelocityOutput,
 };
 use crate::twin::{
-    Arrival, BOUNDS, Departure, INPUTS, LoadModel, MotorNumbers, OUTCOMES, Rates, Stride,
-    StrideNumbers, Tables, Twin, TwinMasses, TwinState, Twinned,
+    Arrival, BOUNDS, Departure, INPUTS, MotorNumbers, OUTCOMES, Rates, Stride, StrideNumbers,
+    Tables, Twin, TwinMasses, TwinState, Twinned,
 };
 use lostmotion_base::Number;
 use pulp::{Arch, Simd, WithSimd};
@@ -150,8 +150,8 @@ pub(super) struct Twins {
     plain: [bool; WIDTH],
     /// Whether a lane has its twin, whose compensator may be behind.
     held: [bool; WIDTH],
-    /// The load that a lane's rates are of, and what of it its tables follow from.
-    loads: [Option<LoadModel>; WIDTH],
+    /// The load that a lane's rates are of, with its weight, bit by bit, and what of it its tables follow from.
+    loads: [[u64; 7]; WIDTH],
     tables: [Option<[f64; 4]>; WIDTH],
 }
 
@@ -169,7 +169,7 @@ impl Twins {
     /// The axis of a lane may be another one from now on, or elsewhere.
     pub(super) fn forget(&mut self, lane: usize) {
         (self.known[lane], self.held[lane]) = (false, false);
-        (self.loads[lane], self.tables[lane]) = (None, None);
+        self.tables[lane] = None;
     }
 
     /// Steps all that there are.
@@ -182,31 +182,12 @@ impl Twins {
         let mut taken = [false; WIDTH];
         for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step else { continue };
-            // numbers of drive and motor are taken once
-            if !self.known[lane] {
-                (self.plain[lane], self.known[lane]) =
-                    (self.numbers.put(lane, step.twin.twin), true);
+            // the load may have been learned anew, which few ticks bring
+            let of = step.twin.bits();
+            if self.loads[lane] != of || !self.held[lane] {
+                self.take_up(lane, step, of);
             }
-            if self.plain[lane] {
-                // the load may have been learned anew, which few ticks bring
-                let load = step.twin.weighed();
-                if self.loads[lane] != Some(load) {
-                    self.loads[lane] = Some(load);
-                    let rates = step.twin.twin.rates(&load);
-                    self.states.rates.put(&rates, in_lane(lane));
-                    let of = Some(Stride::of(&load));
-                    if self.tables[lane] != of {
-                        self.tables[lane] = of;
-                        let tables = step.twin.state.stride.tables(step.twin.twin, &load);
-                        self.states.strides.put(lane, tables);
-                    }
-                }
-                if !self.held[lane] {
-                    self.states.place.take(lane, step.twin.state);
-                    self.held[lane] = true;
-                }
-                taken[lane] = true;
-            }
+            taken[lane] = self.held[lane];
         }
         self.states.taken = Row(taken.map(|taken| f64::from(u8::from(taken))));
         if taken.iter().any(|taken| *taken) {
@@ -228,6 +209,32 @@ impl Twins {
                     self.states.give(lane, step.twin.state);
                 }
             }
+        }
+    }
+
+    /// Takes up a twin that comes into its lane, if it is a plain one, or whose load has changed.
+    #[cold]
+    fn take_up(&mut self, lane: usize, step: &mut TwinStep<'_>, of: [u64; 7]) {
+        // numbers of drive and motor are taken once
+        if !self.known[lane] {
+            (self.plain[lane], self.known[lane]) = (self.numbers.put(lane, step.twin.twin), true);
+        }
+        if !self.plain[lane] {
+            return;
+        }
+        self.loads[lane] = of;
+        let load = step.twin.weighed();
+        let rates = step.twin.twin.rates(&load);
+        self.states.rates.put(&rates, in_lane(lane));
+        let of = Some(Stride::of(&load));
+        if self.tables[lane] != of {
+            self.tables[lane] = of;
+            let tables = step.twin.state.stride.tables(step.twin.twin, &load);
+            self.states.strides.put(lane, tables);
+        }
+        if !self.held[lane] {
+            self.states.place.take(lane, step.twin.state);
+            self.held[lane] = true;
         }
     }
 

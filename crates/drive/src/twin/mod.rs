@@ -116,6 +116,29 @@ impl Twinned<'_> {
         self.twin.step(self.state, reference, next, &load);
     }
 
+    /// Load and weight, bit by bit: few ticks bring others.
+    #[inline]
+    pub(crate) fn bits(&self) -> [u64; 7] {
+        let LoadModel {
+            inertia,
+            viscous,
+            coulomb,
+            constant,
+            stiffness,
+            damping,
+        } = *self.load;
+        [
+            inertia,
+            viscous,
+            coulomb,
+            constant,
+            stiffness,
+            damping,
+            self.weight,
+        ]
+        .map(f64::to_bits)
+    }
+
     /// The load with its weight.
     #[inline]
     pub(crate) fn weighed(&self) -> LoadModel {
