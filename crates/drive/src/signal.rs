@@ -53,6 +53,15 @@ pub struct Reference {
     pub acceleration: f64,
 }
 
+impl Reference {
+    /// At rest at zero.
+    pub(crate) const ZERO: Reference = Reference {
+        position: 0.0,
+        velocity: 0.0,
+        acceleration: 0.0,
+    };
+}
+
 /// Which flank of the gap is in contact.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,

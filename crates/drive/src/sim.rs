@@ -56,16 +56,14 @@ struct Taken {
     begun: bool,
 }
 
-impl Taken {
-    /// The reference at a servo tick, and the next one.
-    #[inline]
-    fn at(&self, index: u32) -> [Reference; 2] {
-        let from = index as usize;
-        match self.references.get(from..from + 2) {
-            Some([now, next]) => [*now, *next],
-            // there is one more than ticks
-            _ => [Reference::default(); 2],
-        }
+/// The reference at a servo tick, and the next one.
+#[inline(always)]
+fn at(references: &[Reference], index: u32) -> [&Reference; 2] {
+    let from = index as usize;
+    match references.get(from..from + 2) {
+        Some([now, next]) => [now, next],
+        // there is one more than ticks
+        _ => [&Reference::ZERO; 2],
     }
 }
 
@@ -175,7 +173,7 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let references = self.setpoint.at(index);
+        let references = at(&self.setpoint.references, index);
         let [reference, next_reference] = references;
         // the encoder first: everything in the tick sees the same instant
         let measured = model.servo.measure(&mut state.servo, &state.plant);
@@ -201,7 +199,7 @@ impl<C: Compensator> AxisSim<C> {
         let plant = || self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
         if let Some(trace) = &mut out.trace {
             trace.push(AxisSample::of(
-                reference,
+                *reference,
                 plant(),
                 &state.plant,
                 &correction,
@@ -213,8 +211,8 @@ impl<C: Compensator> AxisSim<C> {
         // last: it acts in the periods that follow
         model.servo.command(
             &mut state.servo,
-            &reference,
-            &next_reference,
+            reference,
+            next_reference,
             &measured,
             &correction,
         );
@@ -326,7 +324,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         step: &mut Option<TwinStep<'a>>,
     ) {
         let (model, block) = (&*self.model, self.setpoint.block);
-        let references = self.setpoint.at(index);
+        let references = at(&self.setpoint.references, index);
         let signals = &mut self.setpoint.signals;
         model.show(signals, references, block, seen);
         self.setpoint.begun = true;
@@ -405,13 +403,13 @@ impl<C: Compensator> Model<C> {
     fn show(
         &self,
         signals: &mut Signals,
-        [reference, next_reference]: [Reference; 2],
+        [reference, next_reference]: [&Reference; 2],
         block: Option<BlockMotion>,
         seen: &Seen,
     ) {
         signals.block = block;
-        signals.reference = reference;
-        signals.next_reference = next_reference;
+        signals.reference = *reference;
+        signals.next_reference = *next_reference;
         signals.motor_position = seen.motor_position;
         signals.motor_velocity = seen.motor_velocity;
         signals.current = seen.current;

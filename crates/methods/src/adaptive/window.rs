@@ -82,7 +82,10 @@ impl Tick {
 /// The last ticks, from which a window begins.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recent {
-    ticks: VecDeque<Tick>,
+    ticks: Vec<Tick>,
+    /// Where the oldest is once there are [`TICKS_BEFORE`]: the next one takes its place.
+    #[serde(default)]
+    oldest: usize,
 }
 
 impl Recent {
@@ -93,11 +96,25 @@ impl Recent {
     }
 
     /// Adds a tick; the oldest one is dropped.
+    #[inline(always)]
     pub(super) fn push(&mut self, tick: Tick) {
-        if self.ticks.len() >= TICKS_BEFORE {
-            self.ticks.pop_front();
+        if self.ticks.len() < TICKS_BEFORE {
+            self.ticks.push(tick);
+            return;
         }
-        self.ticks.push_back(tick);
+        if let Some(oldest) = self.ticks.get_mut(self.oldest) {
+            *oldest = tick;
+        }
+        self.oldest += 1;
+        if self.oldest >= TICKS_BEFORE {
+            self.oldest = 0;
+        }
+    }
+
+    /// The oldest first.
+    fn iter(&self) -> impl Iterator<Item = &Tick> {
+        let (newer, older) = self.ticks.split_at(self.oldest.min(self.ticks.len()));
+        older.iter().chain(newer)
     }
 }
 
@@ -143,22 +160,19 @@ impl Window {
     /// Begins anew with the last ticks. Returns false where there are too few.
     pub(super) fn begin(&mut self, recent: &Recent, side: i8) -> bool {
         // the torque observed now is that of the start, a time constant ago
-        let (Some(first), Some(late)) =
-            (recent.ticks.front(), recent.ticks.get(OBSERVER_LAG_TICKS))
-        else {
+        let later = || recent.iter().skip(OBSERVER_LAG_TICKS);
+        let (Some(first), Some(late)) = (recent.iter().next(), later().next()) else {
             return false;
         };
         self.clear();
         (self.side, self.torque, self.stands) = (side, late.seen, first.stands);
-        let later = recent.ticks.iter().skip(OBSERVER_LAG_TICKS);
         self.unsettled = recent
-            .ticks
             .iter()
-            .zip(later)
+            .zip(later())
             .take(WARM_UP)
             .any(|(tick, late)| !tick.stands && late.seen * f64::from(side) < 0.0);
         (self.stride, self.still) = (1, STANDING_RAD);
-        self.samples.extend(recent.ticks.iter().map(Tick::sample));
+        self.samples.extend(recent.iter().map(Tick::sample));
         true
     }
 
