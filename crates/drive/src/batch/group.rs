@@ -80,9 +80,13 @@ impl Group {
         let mut results: Vec<Result<(), AxisError>> = outputs.iter().map(|_| Ok(())).collect();
         // lanes may bring lists of different lengths; one that has come to its end rests
         let longest = setpoints.iter().map(|list| list.len()).max().unwrap_or(0);
-        // the peaks go on from what the outputs already hold
-        for (lane, output) in outputs.iter().enumerate() {
+        let ticks = longest * self.servo_ticks as usize;
+        for (lane, output) in outputs.iter_mut().enumerate() {
+            // the peaks go on from what the outputs already hold
             self.lanes.states.peak.0[lane] = output.peak_current_a;
+            output.load.reserve(ticks);
+            output.reference.reserve(ticks);
+            output.monitored.reserve(longest);
         }
         // between pushes the axes themselves hold their states (see the end), so numbers and states
         // are gathered anew in each
