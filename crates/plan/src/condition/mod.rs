@@ -432,7 +432,11 @@ impl Conditioner {
         let way = self.way(from, to)?;
         let first = self.section.first()?;
         let joints = judge.joints_at(&first.curve.start(), &first.tool_mm);
-        tube::curve(&way, [start, end], &joints, self.threads)
+        let found = tube::curve(&way, [start, end], &joints, self.threads);
+        if found.is_some() || !way.is_rough() {
+            return found;
+        }
+        tube::curve(&way.finely_thinned(), [start, end], &joints, self.threads)
     }
 
     /// The lines of the section with their tolerances.

@@ -122,23 +122,11 @@ impl<'a> Way<'a> {
                 kept = smooth;
             }
         }
-        let mut w = vec![0.0; vertices.len()];
-        for pair in kept.windows(2) {
-            let (a, b) = (vertices[pair[0]], vertices[pair[1]]);
-            let delta = sub(b, a);
-            let length = norm(delta);
-            let start = w[pair[0]];
-            for k in pair[0] + 1..pair[1] {
-                let along = dot(sub(vertices[k], a), delta) / length.max(f64::MIN_POSITIVE);
-                w[k] = (start + along.clamp(0.0, length)).max(w[k - 1]);
-            }
-            w[pair[1]] = start + length;
-        }
         Some(Way {
             lines,
             legs,
+            w: projected(&vertices, &kept),
             vertices,
-            w,
             kept,
             tolerances,
             is_rough,
@@ -238,9 +226,20 @@ impl<'a> Way<'a> {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// The same way thinned as if it were not rough.
+    pub(in crate::condition) fn finely_thinned(self) -> Way<'a> {
+        let kept = thinned(&self.vertices, THINNED_PART * self.least_tolerance());
+        Way {
+            w: projected(&self.vertices, &kept),
+            kept,
+            is_rough: false,
+            ..self
+        }
+    }
+
     /// Whether its vertices lie about the tolerance beside what they stand for, so that a smooth curve inside the
     /// tube may pass them elsewhere than their parameters say.
-    pub(super) fn is_rough(&self) -> bool {
+    pub(in crate::condition) fn is_rough(&self) -> bool {
         self.is_rough
     }
 
@@ -535,6 +534,23 @@ fn chords(line: &Programmed, [from, to]: [f64; 2], distance: f64) -> f64 {
     let bend = [from, to].map(|s| norm(line.curve.eval(s).d2.linear()));
     let chord = (8.0 * distance / bend[0].max(bend[1])).sqrt();
     ((to - from) / chord).ceil().max(1.0)
+}
+
+/// How far along the thinned polyline each vertex lies; never falls.
+fn projected(vertices: &[Vec3], kept: &[usize]) -> Vec<f64> {
+    let mut w = vec![0.0; vertices.len()];
+    for pair in kept.windows(2) {
+        let (a, b) = (vertices[pair[0]], vertices[pair[1]]);
+        let delta = sub(b, a);
+        let length = norm(delta);
+        let start = w[pair[0]];
+        for k in pair[0] + 1..pair[1] {
+            let along = dot(sub(vertices[k], a), delta) / length.max(f64::MIN_POSITIVE);
+            w[k] = (start + along.clamp(0.0, length)).max(w[k - 1]);
+        }
+        w[pair[1]] = start + length;
+    }
+    w
 }
 
 /// Which vertices are left so that the others lie within a distance (Douglas and Peucker).
