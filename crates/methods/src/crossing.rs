@@ -5,7 +5,8 @@
 //! T      torque in the shaft of the gapless twin, N m
 //! need   J_L alpha + b_L w + T_f sign(w) + T_const at the reference, lagged by (1 - f_v)/Kv as the axis is without feed-forward
 //! ahead  T extrapolated by half the traverse's time and two ticks
-//! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else unchanged
+//! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else unchanged;
+//!        straight back behind a crossing, for two traverses, only where both are above T_f/2
 //! ```
 //! Both have to agree: `T` has the right timing, but oscillates for some milliseconds after each
 //! sticking of the motor; `need` does not oscillate. `passage` predicts whether an acceleration
@@ -35,11 +36,11 @@
 //! The law is this project's; the flank by torque sign is after Gan, Wang, Huang, Machines 2023,
 //! 11(2), 193. Where it fails is said in `lookup`.
 
+mod flank;
+
 use crate::AxisConfig;
 use crate::passage::Passage;
-use crate::traverse::STANDING_RAD_S;
 use crate::traverse::{CurrentLag, Offset, Traverse, ticks_for};
-use lostmotion_base::Number;
 use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
@@ -50,8 +51,6 @@ use serde::{Deserialize, Serialize};
 /// tuned (2, 4 and 5 ms were tried and dropped); the longest a choice, at which hardly any torque
 /// is needed.
 const TRAVERSE_LIMITS_MS: [f64; 2] = [3.0, 100.0];
-/// Servo ticks by which a traverse starts earlier: detection and the loops take about two.
-const EARLY_START_TICKS: f64 = 2.0;
 /// Part of the rated torque below which the shaft counts as unloaded: above rounding, far below any
 /// friction. A choice.
 const UNLOADED_TORQUE_SHARE: f64 = 1e-5;
@@ -62,6 +61,9 @@ const TAKE_UP_LIMITS_MS: [f64; 2] = [20.0, 500.0];
 /// Part of the torque that presses the flank which applying a changed half gap may take from it: a
 /// quarter keeps contact. A choice, see decision 65 of the book.
 const TAKE_UP_TORQUE_SHARE: f64 = 0.25;
+/// How many times faster it has to be possible by now to be applied anew. A choice: what it loses by beginning from
+/// rest is a part of that.
+const HASTENING: f64 = 2.0;
 /// Change of the half gap that is not worth applying, rad: below the step of an encoder with 2^23
 /// counts (7e-7).
 const NEGLIGIBLE_CHANGE_RAD: f64 = 1e-7;
@@ -89,10 +91,6 @@ const HOLDING_MEAN_TICKS: [f64; 2] = [12.0, 36.0];
 /// rests: 4 ms. A choice: earlier the traverse's own torque is taken for the load's, and the motor goes to
 /// and fro.
 const HELD_AFTER_TICKS: u32 = 16;
-/// Part of the load's Coulomb friction that the shaft of an axis at rest has to pull with for the
-/// flank to change. Tuned (0.05 was tried and taken back).
-const PULL_SHARE_OF_FRICTION: f64 = 0.25;
-
 /// Part of the drive's largest torque that a traverse may take, if nothing else is set. Tuned on 97 cells
 /// of four seeds: a traverse of half the torque takes a quarter longer, and what a load loses meanwhile
 /// grows with the square to the cube of that; the rest is for the axis' own motion.
@@ -252,6 +250,10 @@ impl Crossing {
         let half_gap = half_gaps.moving;
         self.follow(state, signals);
         state.swings = None;
+        state.since = state.since.saturating_add(1);
+        if state.crossing() {
+            (state.since, state.hovers) = (0, false);
+        }
         // no new decision while a crossing is under way: it ends at rest on the far flank
         if !state.crossing() {
             // time of the traverse first: half of it is the lead of the prediction
@@ -270,6 +272,8 @@ impl Crossing {
                 self.cross(state, signals, load, to, ticks);
             } else if self.takes_up && !state.traverse.moving() && !state.has_taken(to) {
                 self.take_up(state, &now, load, half_gaps);
+            } else if self.takes_up && state.traverse.moving() {
+                self.hasten(state, &now, load);
             }
         }
         let crossing = state.crossing();
@@ -372,19 +376,41 @@ impl Crossing {
             state.engaged |= to != 0.0;
             return;
         }
-        // the load moves with the motor: its inertia takes part of the pressing torque
-        let ticks = ticks_for(
-            way,
-            TAKE_UP_TORQUE_SHARE * pressed / load.inertia,
-            self.period,
-            self.take_up_ticks,
-        );
+        let ticks = self.pressed_ticks(way, pressed, load);
         // pressed too weakly for the longest time: wait for more torque or the next crossing
         if ticks < self.take_up_ticks[1] {
             state.traverse.start(to, ticks, &self.current);
             state.taking_up = true;
             state.engaged = true;
         }
+    }
+
+    /// Applies the rest of a half gap faster where the flank is pressed more by now. One that begins as soon as the
+    /// flank presses, behind a reversal, would else take up to half a second, and the axis would come back meanwhile.
+    #[inline(always)]
+    fn hasten(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel) {
+        let pressed = now.torque * f64::from(state.side);
+        if pressed <= self.unloaded || now.load_velocity.abs() < SLIDING_RAD_S {
+            return;
+        }
+        let (way, left) = state.traverse.left();
+        let ticks = self.pressed_ticks(way, pressed, load);
+        // it begins anew from rest: worth while where it is much faster
+        if HASTENING * f64::from(ticks) < left {
+            let to = state.traverse.now() + way;
+            state.traverse.start(to, ticks, &self.current);
+        }
+    }
+
+    /// Servo ticks of a way, rad, on which a load that slides stays on the flank that it is pressed to.
+    fn pressed_ticks(&self, way: f64, pressed: f64, load: &LoadModel) -> u32 {
+        // the load moves with the motor: its inertia takes part of the pressing torque
+        ticks_for(
+            way,
+            TAKE_UP_TORQUE_SHARE * pressed / load.inertia,
+            self.period,
+            self.take_up_ticks,
+        )
     }
 
     /// Applies a half gap, rad, at rest: the motor goes to the place that is right for a load on this flank.
@@ -480,82 +506,6 @@ impl Crossing {
         }
     }
 
-    /// Flank that has to carry the load at the middle of a traverse that would start now, given the half gap
-    /// (rad) and half of the traverse (servo ticks).
-    #[inline(always)]
-    fn side_ahead(
-        &self,
-        state: &mut CrossingState,
-        now: &Shown,
-        signals: &Signals,
-        load: &LoadModel,
-        [half_gap, lead_ticks]: [f64; 2],
-    ) -> i8 {
-        // the twin's shaft torque, extrapolated by its last change
-        let torque =
-            now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLY_START_TICKS);
-        let [speed, acceleration] = state.lagged;
-        // behind a lag the jerk of the reference says nothing about the axis' own
-        let step = if self.lag_per_tick < 1.0 {
-            0.0
-        } else {
-            signals.next_reference.acceleration - signals.reference.acceleration
-        };
-        // the load model at the reference, at the same moment ahead
-        let [ahead_speed, ahead_acceleration] =
-            state
-                .passage
-                .ahead(speed, acceleration, step, lead_ticks, self.period);
-        let there = self.weighed(
-            load,
-            now.load_position + ahead_speed * lead_ticks * self.period,
-        );
-        let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
-        // at rest: the friction of a standing load has no sign, so the load model has no say
-        let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
-        // a load learned roughly predicts the slip worse than the motor's own torque shows it; one that
-        // readings agree on predicts it better
-        if stands && self.takes_up && !state.trusts_twin && load.coulomb > self.unloaded {
-            // once a rest: a traverse that pushes the load, since the gap is known too large,
-            // would be answered by the next one
-            state.at_rest = true;
-            return if !state.crossed_at_rest && self.has_settled(state, load, half_gap) {
-                self.held(state, lead_ticks)
-            } else {
-                state.side
-            };
-        }
-        (state.at_rest, state.crossed_at_rest) = (false, false);
-        // a load that friction holds while its axis sets out does not swing
-        let pull = PULL_SHARE_OF_FRICTION * load.coulomb;
-        let notable = pull.larger(self.unloaded);
-        state.swings = (signals.reference.velocity != 0.0
-            && now.load_velocity.abs() > SLIDING_RAD_S)
-            .then_some(torque.abs() > notable && need * torque < 0.0);
-        // moving: both signs have to agree; standing: the twin pulls with a notable part of the
-        // friction
-        let side = if torque > 0.0 { 1 } else { -1 };
-        let sure = if stands {
-            torque.abs() > pull && load.coulomb > self.unloaded
-        } else {
-            torque.abs() > self.unloaded && need * torque > 0.0
-        };
-        if sure { side } else { state.side }
-    }
-
-    /// The flank that will have to carry a load that sticks, by the motor's own torque: the motor starts
-    /// across the gap once that torque exceeds the motor's Coulomb friction.
-    fn held(&self, state: &CrossingState, lead_ticks: f64) -> i8 {
-        let ([short, long], [few, many]) = (state.holding, HOLDING_MEAN_TICKS);
-        // slope of the torque from the two lags; the mean makes up for its own
-        let torque = short + (short - long) / (many - few) * (few + lead_ticks + EARLY_START_TICKS);
-        if torque * f64::from(state.side) < -self.twin.motor_coulomb() {
-            -state.side
-        } else {
-            state.side
-        }
-    }
-
     /// Offset, velocity and torque of the traverse, with the wind-up on top.
     #[inline(always)]
     fn correction(
@@ -620,6 +570,9 @@ pub(crate) struct CrossingState {
     /// The half gap that a traverse was laid out for last, rad, and its servo ticks.
     across: Option<f64>,
     ticks_across: u32,
+    /// Servo ticks since the last crossing ended, and whether the other flank was asked for at once.
+    since: u32,
+    hovers: bool,
     /// Whether the traverse applies a changed half gap on the same flank.
     pub(super) taking_up: bool,
     /// Reference velocity and acceleration as the axis follows them.
@@ -683,6 +636,8 @@ impl CrossingState {
             traverse: Traverse::default(),
             across: None,
             ticks_across: 0,
+            since: u32::MAX,
+            hovers: false,
             taking_up: false,
             lagged: [0.0; 2],
             passage: Passage::default(),
@@ -696,5 +651,46 @@ impl CrossingState {
             rested: None,
             swings: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_half_gap_is_applied_faster_once_its_flank_is_pressed_more() {
+        let config = AxisConfig::paper();
+        let crossing = Crossing::new(&config, TORQUE_SHARE, 0.0).taking_up();
+        let load = LoadModel::told(&config);
+        let mut state = crossing.initial(0.0, &load);
+        state.side = 1;
+        let shown = state.before;
+        // pressed so that a quarter of it accelerates the load by as much, rad/s2
+        let pressed = |acceleration: f64, load_velocity: f64| Shown {
+            torque: 4.0 * acceleration * load.inertia,
+            load_velocity,
+            ..shown
+        };
+        let most = crossing.take_up_ticks[1];
+        state.traverse.start(1e-3, most, &crossing.current);
+        state.taking_up = true;
+        for _ in 0..100 {
+            state.traverse.step(&crossing.current, crossing.period);
+        }
+        let before = state.traverse;
+        for still in [pressed(0.03, 1.0), pressed(10.0, 0.0)] {
+            crossing.hasten(&mut state, &still, &load);
+            assert_eq!(state.traverse, before);
+        }
+        crossing.hasten(&mut state, &pressed(10.0, 1.0), &load);
+        let ([way, left], [rest, slow]) = (
+            <[f64; 2]>::from(state.traverse.left()),
+            <[f64; 2]>::from(before.left()),
+        );
+        assert!(
+            (way - rest).abs() < 1e-15 && 2.0 * left < slow,
+            "{left} {slow}"
+        );
     }
 }

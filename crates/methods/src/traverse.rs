@@ -109,6 +109,12 @@ impl Traverse {
         self.tick < f64::from(self.ticks)
     }
 
+    /// The way that is left, rad, and its servo ticks.
+    #[inline(always)]
+    pub(super) fn left(&self) -> (f64, f64) {
+        (self.to - self.now(), f64::from(self.ticks) - self.tick)
+    }
+
     /// Its present offset, rad.
     #[inline(always)]
     pub(super) fn now(&self) -> f64 {
