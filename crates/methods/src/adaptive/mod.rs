@@ -74,7 +74,7 @@ mod window;
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState, TORQUE_SHARE};
-use crate::memory::{LARGEST_HALF_GAP_RAD, negligible_half_gap_rad, tells_friction};
+use crate::memory::{LARGEST_HALF_GAP_RAD, is_started_from, negligible_half_gap_rad};
 use crate::readings::{Consensus, Readings};
 use crate::registry::{Registered, Settings};
 use foresee::Foresee;
@@ -278,6 +278,7 @@ impl Registered for Adaptive {
             config.motor.viscous_nm_s_per_rad,
         );
         let rated_torque = config.motor.rated_torque_nm;
+        let negligible = negligible_half_gap_rad(&config.transmission);
         // rounding to counts: standard deviation count/sqrt(12)
         let noise = (count / 12.0_f64.sqrt()).max(LEAST_NOISE_RAD);
         Adaptive {
@@ -305,12 +306,12 @@ impl Registered for Adaptive {
                 noise,
             },
             motor_coulomb: config.motor.coulomb_nm,
-            negligible: negligible_half_gap_rad(&config.transmission),
+            negligible,
             remembered: config
                 .compensation
                 .learned
                 .map(|memory| memory.learned)
-                .filter(|learned| tells_friction(learned, rated_torque)),
+                .filter(|learned| is_started_from(learned, rated_torque, negligible)),
             cycle_ticks: config.cycles.servo_ticks() as u32,
         }
     }

@@ -60,6 +60,27 @@ fn what_was_learned_is_used_from_the_first_reversal_on() {
 }
 
 #[test]
+fn an_axis_whose_load_may_float_starts_anew() {
+    let cold = mill_x(0.1, 40.0, Some(1 << 20));
+    let known = learned(&cold, 4.0);
+    let start = |learned: Learned| {
+        let motion = |t: f64| circle(10.0, 5.0, t);
+        run(&remembering(&cold, learned), "adaptive", &motion, TAU / 5.0).load
+    };
+    let floats = |half_gap_rad: f64| Learned {
+        floats: true,
+        half_gap_rad,
+        load_inertia_kgm2: 0.8 * known.load_inertia_kgm2,
+        ..known
+    };
+    let motion = |t: f64| circle(10.0, 5.0, t);
+    let anew = run(&cold, "adaptive", &motion, TAU / 5.0).load;
+    assert!(start(floats(known.half_gap_rad)) == anew);
+    // a gap too small to matter is known whatever holds the load: nobody waits for it
+    assert!(start(floats(0.0)) != anew && start(known) != anew);
+}
+
+#[test]
 fn a_memory_that_is_kept_and_read_back_is_the_same_to_the_bit() {
     let config = mill_x(0.1, 40.0, Some(1 << 20));
     let memory = AxisMemory::new(learned(&config, 4.0), &config);
