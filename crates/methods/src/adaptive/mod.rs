@@ -16,7 +16,7 @@
 //!    explains the motor far better than no contact.
 //! 6. Consensus: the groups of the last readings that agree; of those that are large enough the one
 //!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
-//!    its crossing well hands the load that it found back to `learning`.
+//!    its crossing well without a correction in use hands the load that it found back to `learning`.
 //! 7. Trust: the gap is used where friction certainly holds the load, the inertia is known where it
 //!    matters, as far as the axes that move with it are ready (`trust`), and a part of it until three
 //!    readings agree.
@@ -410,9 +410,13 @@ impl Adaptive {
             && !hidden
             && settled
         {
-            state
-                .learning
-                .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
+            // Where a correction is in use the contact is soft and says little of the load: it would take what
+            // the last one took wrong for known, and go on from there.
+            if !corrected {
+                state
+                    .learning
+                    .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
+            }
             if agrees {
                 state.learning.anchor(said.load.0[0] / self.motor.inertia);
                 state.crossing.trusts_twin = state.learning.is_anchored()
