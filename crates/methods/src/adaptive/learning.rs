@@ -59,6 +59,10 @@ const ANCHORED_RATIO: f64 = 1.1;
 /// The same of fewer readings. A choice: as far apart as readings may be that agree; loads that bounce
 /// took the inertia to ten times within a second (20261124-10, 990019-8).
 const FEW_ANCHORED_RATIO: f64 = 1.5;
+/// Standard deviations of its own within which a crossing with a correction in use has to find the inertia
+/// that is known, so that what it tells of the load is taken over. Measured with 1, 2 and 3 (decision 161): with
+/// 1 less is taken over for nothing, 3 is no different.
+const CONFIRMING_DEVIATIONS: f64 = 2.0;
 
 /// The filter, and the block or reversal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,6 +149,16 @@ impl LearningState {
     ) {
         self.filter.learn(mean, covariance, &units(inertia, rated));
         self.news = true;
+    }
+
+    /// Whether what a crossing told of the load, SI, has the inertia that is known, as closely as it tells it.
+    pub(super) fn confirms_inertia(
+        &self,
+        (mean, covariance): &([f64; 4], [[f64; 4]; 4]),
+        inertia: f64,
+    ) -> bool {
+        let off = mean[0] - self.filter.mean[0] * inertia;
+        off * off < CONFIRMING_DEVIATIONS * CONFIRMING_DEVIATIONS * covariance[0][0]
     }
 
     /// Takes the inertia (over that of the motor) that a reading found which agrees with others; one that

@@ -16,7 +16,8 @@
 //!    explains the motor far better than no contact.
 //! 6. Consensus: the groups of the last readings that agree; of those that are large enough the one
 //!    with the smallest gap, with a straight line through it (`readings`). A reading that explains
-//!    its crossing well without a correction in use hands the load that it found back to `learning`.
+//!    its crossing well hands the load that it found back to `learning`, unless a correction was in
+//!    use and it finds another inertia.
 //! 7. Trust: the gap is used where friction certainly holds the load, the inertia is known where it
 //!    matters, as far as the axes that move with it are ready (`trust`), and a part of it until three
 //!    readings agree.
@@ -410,9 +411,9 @@ impl Adaptive {
             && !hidden
             && settled
         {
-            // Where a correction is in use the contact is soft and says little of the load: it would take what
-            // the last one took wrong for known, and go on from there.
-            if !corrected {
+            // Where a correction is in use the contact is soft and says little of the inertia, each time off to
+            // the same side: it would take what the last one took wrong for known, and go on from there.
+            if !corrected || state.learning.confirms_inertia(&said.load, self.motor.inertia) {
                 state
                     .learning
                     .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
