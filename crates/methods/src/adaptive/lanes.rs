@@ -252,8 +252,8 @@ impl Progress {
             let speed = get(&self.speed);
             // prediction: change of speed by motor torque, shaft and viscous friction, then Coulomb
             // friction
-            let gain = all(span * inverse)
-                * ((all(drive) - get(torque)) - all(known.viscous) * speed);
+            let gain =
+                all(span * inverse) * ((all(drive) - get(torque)) - all(known.viscous) * speed);
             let next = slide(speed, gain, all(span * inverse) * get(&p.motor_coulomb));
             // off: predicted less measured position; differences keep the digits of a long way
             let off = (get(&self.off) + all(0.5 * span) * (speed + next)) - all(way);

@@ -413,7 +413,11 @@ impl Adaptive {
         {
             // Where a correction is in use the contact is soft and says little of the inertia, each time off to
             // the same side: it would take what the last one took wrong for known, and go on from there.
-            if !corrected || state.learning.confirms_inertia(&said.load, self.motor.inertia) {
+            if !corrected
+                || state
+                    .learning
+                    .confirms_inertia(&said.load, self.motor.inertia)
+            {
                 state
                     .learning
                     .learn(&said.load, self.motor.inertia, self.motor.rated_torque);
