@@ -223,13 +223,13 @@ impl LearningState {
         rated: f64,
         allowed: Deviations,
     ) -> [f64; 2] {
-        let deviation = self.filter.friction_doubt() * rated;
+        let [usual, deviation] = self.filter.usual_friction().map(|torque| torque * rated);
         // while an axis has moved one way only, friction and a constant torque are not told apart
         let pull =
             (load.constant.abs() - allowed.pulls * self.filter.constant_doubt() * rated).max(0.0);
         // what the bounds of the inertia make of the friction is in doubt, and all of it where no load could be
         // what was found
-        let found = self.filter.mean[2].max(0.0) * rated;
+        let found = usual.max(0.0);
         let least = if self.filter.is_possible() {
             load.coulomb.min(found) - pull - allowed.holds * deviation
         } else {

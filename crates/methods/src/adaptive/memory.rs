@@ -66,6 +66,7 @@ impl Adaptive {
             read: Window::default(),
             since_reading: 0,
             steady: 0,
+            unsure: 0.0,
             last: None,
             used,
             at_rest,

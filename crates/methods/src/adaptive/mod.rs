@@ -226,6 +226,9 @@ pub struct AdaptiveState {
     since_reading: u32,
     /// How many readings in a row showed the same as those before them, as far as that counts for the pause.
     steady: usize,
+    /// The smallest half gap of the readings over a wavering flank that did not count for their inertia alone,
+    /// rad; 0 for none.
+    unsure: f64,
     /// The last reading, for traces.
     last: Option<GapReading>,
     gap: Readings,
@@ -375,10 +378,17 @@ impl Adaptive {
         let (agrees, same) = (within(AGREEING_SHARE), within(SAME_SHARE));
         // over a wavering flank only sharp readings count, and only with a known inertia
         let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
-        let unsure =
-            hidden || said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
-        state.last = Some(self.reported(state.last, &said, sharp && !unsure));
-        if self.counts(&said) && !unsure && (sharp || !said.wavered) {
+        let unsure = said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
+        let counts = self.counts(&said) && !hidden && (sharp || !said.wavered);
+        state.last = Some(self.reported(state.last, &said, sharp && !hidden && !unsure));
+        if counts && unsure {
+            state.unsure = if state.unsure > 0.0 {
+                said.half_gap.min(state.unsure)
+            } else {
+                said.half_gap
+            };
+        }
+        if counts && !unsure {
             // contacts that hardly show, or over a wavering flank, are less certain than their
             // variance
             let faint = if said.evidence < CLEAR_EVIDENCE || said.wavered {
@@ -386,10 +396,10 @@ impl Adaptive {
             } else {
                 0.0
             };
-            let alone = said.misfit < ALONE_MISFIT
-                && said.evidence > CLEAR_EVIDENCE
-                && !said.wavered
-                && said.agrees_on(state.load.coulomb);
+            // what an unsure one has said before is said twice
+            let again = (said.half_gap - state.unsure).abs() < AGREEING_SHARE * said.half_gap;
+            let clear =
+                said.misfit < ALONE_MISFIT && said.evidence > CLEAR_EVIDENCE && !said.wavered;
             state.steady = if same {
                 (state.steady + 1).min(READING_PAUSE_TICKS.len() - 1)
             } else {
@@ -401,7 +411,7 @@ impl Adaptive {
                 said.half_gap.max(LEAST_HALF_GAP_SHARE * self.negligible),
                 said.variance + faint * faint,
                 said.wavered,
-                alone,
+                clear || again,
             );
         }
         // what explains a crossing so well knows the load behind it, too
@@ -519,6 +529,7 @@ impl Compensator for Adaptive {
             read: Window::default(),
             since_reading: 0,
             steady: 0,
+            unsure: 0.0,
             last: None,
             gap: Readings::default(),
             used: 0.0,

@@ -9,11 +9,6 @@ use serde::{Deserialize, Serialize};
 /// lane is the gap without an end. Steps of decision 63 of the book.
 pub(super) const AGAINST: [f64; LANES - 1] = [1.0, 0.98, 1.02, 0.94, 1.06, 0.8, 1.25];
 
-/// Part by which the Coulomb friction of a reading may be off that of steady motion for the reading to count
-/// alone. Tuned on the first readings of 95 drawn cells: gaps of the 196 within it are off by 3 % in nine of
-/// ten, those of the 50 beyond by 12 %.
-const AGREED_FRICTION: f64 = 0.25;
-
 /// What a window says of the half gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Said {
@@ -45,13 +40,6 @@ impl Said {
         evidence: 0.0,
         load: ([0.0; 4], [[0.0; 4]; 4]),
     };
-
-    /// Whether its load has the friction that motion shows, N m. Gap and friction both say when the motor
-    /// meets its load: a reading that takes another friction for it takes another gap, too.
-    pub(super) fn agrees_on(&self, friction: f64) -> bool {
-        let [_, _, found, _] = self.load.0;
-        (found - friction).abs() <= AGREED_FRICTION * friction.max(found)
-    }
 
     /// The found half gap with the costs of the alternatives in [`AGAINST`]. The reported variance is
     /// at least what the cost at the alternative gaps implies, whatever the derivatives say.
@@ -149,16 +137,6 @@ mod tests {
     use super::super::prior::Prior;
     use super::*;
     use lostmotion_drive::twin::LoadModel;
-
-    #[test]
-    fn a_reading_that_takes_another_friction_agrees_with_no_motion() {
-        let found = |friction| Said {
-            load: ([0.01, 0.0, friction, 0.0], [[0.0; 4]; 4]),
-            ..Said::NOTHING
-        };
-        assert!(found(0.8).agrees_on(1.0) && found(1.25).agrees_on(1.0));
-        assert!(!found(0.7).agrees_on(1.0) && !found(1.4).agrees_on(1.0));
-    }
 
     #[test]
     fn it_is_no_surer_than_the_gaps_it_was_held_against_tell() {
