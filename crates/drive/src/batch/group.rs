@@ -208,14 +208,16 @@ impl Group {
                 is_last: index + 1 == *servo_ticks,
             };
             twins.step(*arch, &mut steps, &tick);
+            // the other way round, since what was touched last is still at hand
             for (lane, axis) in axes
                 .iter_mut()
                 .enumerate()
+                .rev()
                 .filter(|(lane, _)| marks.asked[*lane])
             {
                 let correction = axis.finish_compensation();
                 lanes.loops.correct(lane, &correction);
-                if outputs[lane].trace.is_some() {
+                if marks.any_watched {
                     corrections[lane] = correction;
                 }
             }
@@ -293,12 +295,11 @@ impl Group {
             .enumerate()
             .filter(|(lane, _)| self.marks.resident[*lane])
         {
-            let monitored = self.lanes.monitored(lane, self.servo_ticks);
-            output.monitored.push(Monitored {
-                // the lane's own count is added at the end of the push
-                saturated_samples: output.saturated_samples + monitored.saturated_samples,
-                ..monitored
-            });
+            // the lane's own count is added to the output's at the end of the push
+            let before = output.saturated_samples;
+            output
+                .monitored
+                .push(self.lanes.monitored(lane, self.servo_ticks, before));
             output
                 .load
                 .extend(self.lanes.loops.shown.iter().map(|[load, _]| load.0[lane]));

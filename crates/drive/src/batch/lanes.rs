@@ -247,20 +247,21 @@ impl Lanes {
     }
 
     /// What the control of a resident lane watches at the end of a setpoint, with the lane's own
-    /// count of ticks at a limit; the sum of the squared current starts anew.
-    pub(super) fn monitored(&mut self, lane: usize, servo_ticks: u32) -> Monitored {
+    /// count of ticks at a limit on top of those before; the sum of the squared current starts anew.
+    #[inline(always)]
+    pub(super) fn monitored(&mut self, lane: usize, servo_ticks: u32, before: u64) -> Monitored {
         let (drive, units) = (&self.loops.states, self.loops.units.0[lane]);
         let [position, _, _, feedback] = &self.loops.correction;
-        let monitored = Monitored {
+        let current_squared = self.loops.current_squares.0[lane] / f64::from(servo_ticks);
+        self.loops.current_squares.0[lane] = 0.0;
+        Monitored {
             reference: drive.reference.0[lane] * units,
             motor: drive.seen.0[lane] * units,
             correction: (position.0[lane] + feedback.0[lane]) * units,
-            current_squared: self.loops.current_squares.0[lane] / f64::from(servo_ticks),
-            saturated_samples: self.loops.saturated_ticks.0[lane] as u64,
+            current_squared,
+            saturated_samples: before + self.loops.saturated_ticks.0[lane] as u64,
             peak_current_a: self.states.peak.0[lane],
-        };
-        self.loops.current_squares.0[lane] = 0.0;
-        monitored
+        }
     }
 
     /// Takes up an axis' state.
