@@ -144,16 +144,16 @@ impl Progress {
         self.next
     }
 
-    /// Takes one more sample of the window: `None` at its end, else the innovations, or `Some(None)`
-    /// during the warm-up.
+    /// Takes one more sample of the window for the first `asked` hypotheses: `None` at its end, else the
+    /// innovations, or `Some(None)` during the warm-up.
     #[inline(always)]
     pub(super) fn step<S: Simd>(
         &mut self,
         simd: S,
-        known: &Known,
-        p: &Hypotheses,
+        (known, p): (&Known, &Hypotheses),
         stays: &mut Stays,
         window: &Window,
+        asked: usize,
     ) -> Option<Option<Innovation>> {
         let [from, to] = [
             window.samples.get(self.next - 1)?,
@@ -171,9 +171,10 @@ impl Progress {
         self.next += 1;
         // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / self.filter.span;
-        let torque = self.load(simd, stays, speed);
-        let innovation = self.motor(simd, known, p, &torque, from, to);
-        self.correct(simd, &innovation.e, gains);
+        let parts = asked.div_ceil(S::F64_LANES);
+        let torque = self.load(simd, stays, speed, parts);
+        let innovation = self.motor(simd, (known, p), &torque, [from, to], parts);
+        self.correct(simd, &innovation.e, gains, parts);
         Some((!warm).then_some(innovation))
     }
 
@@ -201,9 +202,9 @@ impl Progress {
 
     /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
-    fn load<S: Simd>(&mut self, simd: S, stays: &Stays, motor_speed: f64) -> Lanes {
+    fn load<S: Simd>(&mut self, simd: S, stays: &Stays, motor_speed: f64, parts: usize) -> Lanes {
         let mut mean = Lanes::default();
-        for part in 0..LANES / S::F64_LANES {
+        for part in 0..parts {
             let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
             let laws = stays.load.map(get);
             let driven = Driven::new(&laws, motor_speed);
@@ -231,11 +232,10 @@ impl Progress {
     fn motor<S: Simd>(
         &mut self,
         simd: S,
-        known: &Known,
-        p: &Hypotheses,
+        (known, p): (&Known, &Hypotheses),
         torque: &Lanes,
-        from: &Sample,
-        to: &Sample,
+        [from, to]: [&Sample; 2],
+        parts: usize,
     ) -> Innovation {
         let filter = self.filter;
         let (span, inverse) = (filter.span, 1.0 / known.inertia);
@@ -246,7 +246,7 @@ impl Progress {
             - from.position
             - span * span * inverse * known.torque_constant * to.fall / 12.0;
         let mut e = Lanes::default();
-        for part in 0..LANES / S::F64_LANES {
+        for part in 0..parts {
             let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
             let all = |value: f64| Wide::all(simd, value);
             let speed = get(&self.speed);
@@ -272,12 +272,12 @@ impl Progress {
     /// Takes in an innovation: with the gains of the steady-state filter, and while the start is being found with
     /// those that know how uncertain it is. A load that stands stays where it is.
     #[inline(always)]
-    fn correct<S: Simd>(&mut self, simd: S, e: &Lanes, gains: Option<Gains>) {
+    fn correct<S: Simd>(&mut self, simd: S, e: &Lanes, gains: Option<Gains>, parts: usize) {
         let SteadyFilter {
             alpha, beta, span, ..
         } = self.filter;
         let [lead, load_speed, off, speed] = gains.unwrap_or([0.0, 0.0, alpha, beta / span]);
-        for part in 0..LANES / S::F64_LANES {
+        for part in 0..parts {
             let get = |lanes: &Lanes| Wide::get(simd, &lanes.0, part);
             let e = get(e);
             let by = |gain: f64| Wide::all(simd, gain) * e;
@@ -470,7 +470,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let One(progress, p, stays, window) = self;
-            let innovation = progress.step(simd, &KNOWN, p, stays, window)?;
+            let innovation = progress.step(simd, (&KNOWN, p), stays, window, LANES)?;
             Some(innovation.map(|innovation| innovation.e.0.map(f64::to_bits)))
         }
     }
@@ -493,7 +493,7 @@ mod tests {
             // the motor stands for 50 ms: a period of the slowest
             let stays = Stays::of(&p, &progress.filter);
             for n in 1..=200 {
-                progress.load(pulp::Scalar::new(), &stays, 0.0);
+                progress.load(pulp::Scalar::new(), &stays, 0.0, LANES);
                 let time_s = f64::from(n) * Clock::SERVO.period_s();
                 // the midpoint rule is late by a twelfth of the square of its angle a step, and loses nothing
                 let angle = rate * stays.step.time_s;

@@ -17,7 +17,7 @@
 use super::lanes::{Hypotheses, Known, LANES, Lanes, Progress, Stays, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
-use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, Onset, Said};
+use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, ONSET_LANES, Onset, Said};
 use super::window::Window;
 use lostmotion_base::math;
 use pulp::{Arch, Simd, WithSimd};
@@ -182,16 +182,8 @@ impl Reading {
     /// Half gap of a lane in the present phase, rad.
     fn half_gap_of(&self, lane: usize) -> f64 {
         match self.phase {
-            Phase::Onset(_) => [
-                0.0,
-                ENDLESS_HALF_GAP_RAD,
-                2e-4,
-                6e-4,
-                2e-3,
-                6e-3,
-                2e-2,
-                6e-2,
-            ][lane],
+            Phase::Onset(_) if lane == 0 => 0.0,
+            Phase::Onset(_) => ENDLESS_HALF_GAP_RAD,
             // a half gap that is known already is one of the candidates
             Phase::Candidates if lane + 1 == LANES && self.prior.half_gap > 0.0 => {
                 self.prior.half_gap
@@ -241,11 +233,27 @@ impl Reading {
     /// Takes the samples of one tick. Returns whether the window ends with them.
     #[inline(always)]
     fn samples<S: Simd>(&mut self, simd: S, window: &Window, known: &Known) -> bool {
+        // a vector that nobody asks is left out
+        match self.phase {
+            Phase::Onset(_) => self.samples_of(simd, window, known, ONSET_LANES),
+            _ => self.samples_of(simd, window, known, LANES),
+        }
+    }
+
+    /// Those of the first `asked` lanes.
+    #[inline(always)]
+    fn samples_of<S: Simd>(
+        &mut self,
+        simd: S,
+        window: &Window,
+        known: &Known,
+        asked: usize,
+    ) -> bool {
         let mut stays = Stays::default();
         for _ in 0..SAMPLES_PER_TICK {
             match self
                 .progress
-                .step(simd, known, &self.hypotheses, &mut stays, window)
+                .step(simd, (known, &self.hypotheses), &mut stays, window, asked)
             {
                 Some(Some(innovation)) => {
                     if let Phase::Onset(attempt) = self.phase {

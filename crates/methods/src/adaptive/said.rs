@@ -71,8 +71,10 @@ impl Said {
 
 /// A half gap that is never crossed, rad: more than a turn of the motor.
 pub(super) const ENDLESS_HALF_GAP_RAD: f64 = 10.0;
-/// Lane of that gap while an onset is searched for.
+/// Lane of that gap while an onset is searched for; behind it nobody asks.
 const ENDLESS_LANE: usize = 1;
+/// Lanes of that search: no gap at all, and one without an end.
+pub(super) const ONSET_LANES: usize = ENDLESS_LANE + 1;
 /// Samples that are kept after the onset: what follows tells of the shaft's ringing, not of the
 /// gap. A choice: 1 ms; fewer cut the contact off, more let the ringing in.
 const SAMPLES_AFTER_ONSET: usize = 4;

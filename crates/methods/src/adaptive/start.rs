@@ -190,7 +190,7 @@ fn square(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{Progress, Stays, WARM_UP};
+    use super::super::lanes::{LANES, Progress, Stays, WARM_UP};
     use super::super::prior::uniform;
     use super::super::window::{Sample, Window};
     use super::*;
@@ -244,7 +244,13 @@ mod tests {
             let mut progress = Progress::start(&window, &p);
             let mut stays = Stays::default();
             while progress
-                .step(pulp::Scalar::new(), &KNOWN, &p, &mut stays, &window)
+                .step(
+                    pulp::Scalar::new(),
+                    (&KNOWN, &p),
+                    &mut stays,
+                    &window,
+                    LANES,
+                )
                 .is_some()
             {}
             let found = p.stiffness[0] * (progress.lead[0] - p.half_gap[0]);
