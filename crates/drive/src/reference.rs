@@ -247,32 +247,58 @@ impl Spline {
 
     /// Reference at servo tick `index` of `count` in the present piece; `index == count` is its
     /// end.
-    #[inline(always)]
     pub fn at(&self, state: &SplineState, index: u32, count: u32) -> Reference {
-        // ends come from the nodes, not from the polynomial's rounding
         if index == 0 {
             return state.start;
         }
         if index >= count {
             return state.end;
         }
-        let reference = state
+        let mut reference = state
             .piece
             .at(f64::from(index) / f64::from(count), self.period_s);
         if state.is_bounded {
-            let ends = [state.start.position, state.end.position];
-            let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-            let way = ends[1] - ends[0];
-            let is_within = (least..=most).contains(&reference.position);
-            if !is_within || reference.velocity * way < 0.0 {
-                return Reference {
-                    position: reference.position.clamp(least, most),
-                    velocity: 0.0,
-                    acceleration: 0.0,
-                };
-            }
+            state.bound(&mut reference);
         }
         reference
+    }
+
+    /// The same at all servo ticks of the present piece, one more than it has: the last is its end.
+    #[inline(always)]
+    pub fn fill(&self, state: &SplineState, references: &mut [Reference]) {
+        // ends come from the nodes, not from the polynomial's rounding
+        let [first, within @ .., last] = references else {
+            return;
+        };
+        (*first, *last) = (state.start, state.end);
+        let count = (within.len() + 1) as f64;
+        let mut index = 0.0;
+        for reference in within.iter_mut() {
+            index += 1.0;
+            *reference = state.piece.at(index / count, self.period_s);
+        }
+        if state.is_bounded {
+            within
+                .iter_mut()
+                .for_each(|reference| state.bound(reference));
+        }
+    }
+}
+
+impl SplineState {
+    /// Keeps a reference between the ends of its piece, and where it would go back at rest.
+    fn bound(&self, reference: &mut Reference) {
+        let ends = [self.start.position, self.end.position];
+        let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let way = ends[1] - ends[0];
+        let is_within = (least..=most).contains(&reference.position);
+        if !is_within || reference.velocity * way < 0.0 {
+            *reference = Reference {
+                position: reference.position.clamp(least, most),
+                velocity: 0.0,
+                acceleration: 0.0,
+            };
+        }
     }
 }
 

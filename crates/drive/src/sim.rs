@@ -277,15 +277,13 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
         self.model.spline.push(&mut self.state.spline, setpoint)?;
         let (spline, state) = (&self.model.spline, &self.state.spline);
-        let count = self.model.servo_ticks;
         self.setpoint.load_torque = load_torque;
         self.setpoint.block = setpoint.block;
         // one more than the ticks: feed-forward looks a tick ahead
+        let count = self.model.servo_ticks as usize + 1;
         let references = &mut self.setpoint.references;
-        references.resize(count as usize + 1, Reference::default());
-        for (index, reference) in (0..=count).zip(references) {
-            *reference = spline.at(state, index, count);
-        }
+        references.resize(count, Reference::default());
+        spline.fill(state, references);
         // after the spline, which may refuse the setpoint
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);

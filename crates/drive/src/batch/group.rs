@@ -192,12 +192,11 @@ impl Group {
             // waited for when it is read in vectors
             let seen: [Seen; WIDTH] = std::array::from_fn(|lane| lanes.seen(lane));
             let mut steps = [const { None }; WIDTH];
-            for (lane, axis) in axes
-                .iter_mut()
-                .enumerate()
-                .filter(|(lane, _)| marks.asked[*lane])
-            {
-                axis.begin_compensation(index, &seen[lane], &mut steps[lane]);
+            let all = axes.iter_mut().zip(&seen).zip(&mut steps);
+            for (((axis, seen), step), asked) in all.zip(marks.asked) {
+                if asked {
+                    axis.begin_compensation(index, seen, step);
+                }
             }
             let references = &lanes.loops.references;
             let at = index as usize;
@@ -209,12 +208,10 @@ impl Group {
             };
             twins.step(*arch, &mut steps, &tick);
             // the other way round, since what was touched last is still at hand
-            for (lane, axis) in axes
-                .iter_mut()
-                .enumerate()
-                .rev()
-                .filter(|(lane, _)| marks.asked[*lane])
-            {
+            for (lane, axis) in axes.iter_mut().enumerate().rev() {
+                if !marks.asked[lane] {
+                    continue;
+                }
                 let correction = axis.finish_compensation();
                 lanes.loops.correct(lane, &correction);
                 if marks.any_watched {

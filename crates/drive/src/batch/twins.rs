@@ -184,7 +184,12 @@ impl Twins {
             let Some(step) = step else { continue };
             // the load may have been learned anew, which few ticks bring
             let of = step.twin.bits();
-            if self.loads[lane] != of || !self.held[lane] {
+            // all of them at once: a comparison that ends early is a loop, or a call
+            let mut differs = 0;
+            for (before, now) in self.loads[lane].iter().zip(of) {
+                differs |= before ^ now;
+            }
+            if differs != 0 || !self.held[lane] {
                 self.take_up(lane, step, of);
             }
             taken[lane] = self.held[lane];
