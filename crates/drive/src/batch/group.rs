@@ -6,7 +6,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
 use super::twins::{TwinTick, Twins};
 use crate::error::AxisError;
-use crate::runner::{AxisOutput, AxisRunner, Monitored, Seen};
+use crate::runner::{AxisOutput, AxisRunner, Seen};
 use crate::signal::{Correction, Setpoint};
 use pulp::Arch;
 

@@ -183,14 +183,8 @@ impl Twins {
         for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step else { continue };
             // the load may have been learned anew, which few ticks bring
-            let of = step.twin.bits();
-            // all of them at once: a comparison that ends early is a loop, or a call
-            let mut differs = 0;
-            for (before, now) in self.loads[lane].iter().zip(of) {
-                differs |= before ^ now;
-            }
-            if differs != 0 || !self.held[lane] {
-                self.take_up(lane, step, of);
+            if step.twin.differs(&self.loads[lane]) || !self.held[lane] {
+                self.take_up(lane, step);
             }
             taken[lane] = self.held[lane];
         }
@@ -219,7 +213,7 @@ impl Twins {
 
     /// Takes up a twin that comes into its lane, if it is a plain one, or whose load has changed.
     #[cold]
-    fn take_up(&mut self, lane: usize, step: &mut TwinStep<'_>, of: [u64; 7]) {
+    fn take_up(&mut self, lane: usize, step: &mut TwinStep<'_>) {
         // numbers of drive and motor are taken once
         if !self.known[lane] {
             (self.plain[lane], self.known[lane]) = (self.numbers.put(lane, step.twin.twin), true);
@@ -227,7 +221,7 @@ impl Twins {
         if !self.plain[lane] {
             return;
         }
-        self.loads[lane] = of;
+        self.loads[lane] = step.twin.bits();
         let load = step.twin.weighed();
         let rates = step.twin.twin.rates(&load);
         self.states.rates.put(&rates, in_lane(lane));

@@ -117,7 +117,7 @@ impl Twinned<'_> {
     }
 
     /// Load and weight, bit by bit: few ticks bring others.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn bits(&self) -> [u64; 7] {
         let LoadModel {
             inertia,
@@ -137,6 +137,16 @@ impl Twinned<'_> {
             self.weight,
         ]
         .map(f64::to_bits)
+    }
+
+    /// Whether they are others than these. All are compared: one that ends early is a loop, or a call.
+    #[inline(always)]
+    pub(crate) fn differs(&self, before: &[u64; 7]) -> bool {
+        let mut differs = 0;
+        for (before, now) in before.iter().zip(self.bits()) {
+            differs |= before ^ now;
+        }
+        differs != 0
     }
 
     /// The load with its weight.
