@@ -4,9 +4,10 @@
 //! minimise  sum e^2/S/max(0.3, misfit) + (p - p0)' A (p - p0)          e: innovations, S: their variance, A: prior information
 //! step      (E' E/scale + A) dp = -(E' e/scale + A (p - p0))         E: differences of e from lane to lane, scale = max(0.3, misfit)
 //! ```
-//! Each pass runs the eight lanes over the window: the point itself, and the point with one unknown
-//! changed, so that derivatives are finite differences. A step that increases the cost is halved, as long as
-//! what is left of it promises to lower the cost.
+//! A pass runs the eight lanes over the window: the point itself, and the point with one unknown
+//! changed, so that derivatives are finite differences. The next one looks along the step: all of it, a half, a
+//! quarter and an eighth, side by side in four lanes. The largest part that does not increase the cost is the next
+//! point, as long as what is left of the step promises to lower the cost.
 //! The half gap's entry of the inverse normal matrix at the end is its variance (Cramer-Rao).
 
 use super::lanes::{Innovation, Lanes};
@@ -15,8 +16,8 @@ use crate::readings::LEAST_PIVOT;
 use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use serde::{Deserialize, Serialize};
 
-/// Bound of the passes; a search usually ends by `CONVERGED_FALL`. Raised from 6 when derivatives
-/// were taken closer together (record 63 of the decisions).
+/// Bound of the passes with derivatives; a search usually ends by `CONVERGED_FALL`. Raised from 6 when
+/// derivatives were taken closer together (record 63 of the decisions).
 const LARGEST_NUMBER_OF_PASSES: u32 = 12;
 /// Fall of the cost, over the scale, below which the search has converged: a fraction of the one
 /// that a standard deviation makes; and as much as two make where another search goes on from there.
@@ -70,6 +71,9 @@ impl Sums {
     }
 }
 
+/// Parts of a step that are tried side by side: each half of the one before.
+pub(super) const PARTS: usize = 4;
+
 /// The best point so far: mean square of its innovations over their variance (misfit), variance of
 /// its half gap, its cost, and the step from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,8 +96,6 @@ pub(super) struct Newton {
     pub(super) at: Vector,
     pub(super) accepted: Option<Accepted>,
     passes: u32,
-    /// Part of the accepted point's step that is tried: 1 and halves of it.
-    part: f64,
 }
 
 impl Newton {
@@ -102,12 +104,11 @@ impl Newton {
             at,
             accepted: None,
             passes: 0,
-            part: 1.0,
         }
     }
 
-    /// Takes the sums of a pass over `count` samples; `passed_on`: another search goes on from where this one ends.
-    /// Returns whether it was the last one.
+    /// Takes the sums of a pass with derivatives over `count` samples; `passed_on`: another search goes on from
+    /// where this one ends. Returns whether it was the last one.
     pub(super) fn take(
         &mut self,
         sums: &Sums,
@@ -119,22 +120,15 @@ impl Newton {
         self.passes += 1;
         let last = self.passes >= LARGEST_NUMBER_OF_PASSES;
         let (mean, information) = (prior.mean(), prior.information());
-        // cost of the point: innovations and prior; the gap has no prior
-        let off: Vector =
-            std::array::from_fn(|i| if i == GAP { 0.0 } else { self.at[i] - mean[i] });
-        let pull: Vector = information.map(|row| row.iter().zip(off).map(|(a, x)| a * x).sum());
-        let cost = sums.cost[0] + pull.iter().zip(off).map(|(a, x)| a * x).sum::<f64>();
-        // worse than the best point: half the step from there
+        let pull = pull(&self.at, &mean, &information);
+        let cost = sums.cost[0] + weighed(&pull, &self.at, &mean);
+        // A point behind the first one was no worse along the step, where the start of the load is found with the
+        // numbers of the step's end. One that is worse with its own ends the search.
         let before = self
             .accepted
             .map_or(f64::INFINITY, |accepted| accepted.cost);
         if !cost.is_finite() || cost > before {
-            let least = if passed_on {
-                PASSED_ON_PART
-            } else {
-                LEAST_PART
-            };
-            return !self.halve(least) || last;
+            return true;
         }
         let misfit = sums.cost[0] / count;
         // scaled by its misfit, a window that the model does not explain loses weight against the prior, and the
@@ -160,7 +154,7 @@ impl Newton {
             step: std::array::from_fn(|i| moved[i] - at[i]),
             promise,
         });
-        (self.at, self.part) = (moved, 1.0);
+        self.at = moved;
         // converged: the gap moves by less than its uncertainty, and the cost hardly falls
         let [way, fall] = if passed_on {
             [PASSED_ON_WAY, PASSED_ON_FALL]
@@ -172,17 +166,64 @@ impl Newton {
         small && before - cost < fall * misfit.max(1.0) || last
     }
 
-    /// Halves the step from the best point. Returns whether what it promises is worth a pass.
-    fn halve(&mut self, least: f64) -> bool {
-        let Some(accepted) = &self.accepted else {
-            return false;
-        };
-        self.part *= 0.5;
-        let part = self.part;
-        self.at = std::array::from_fn(|i| accepted.at[i] + part * accepted.step[i]);
-        // along the step the cost falls as a parabola does
-        part >= least && (2.0 - part) * part * accepted.promise > CONVERGED_FALL
+    /// Points along the step of the best point: its end first, then halves of it.
+    pub(super) fn along(&self) -> [Vector; PARTS] {
+        let mut points = [self.at; PARTS];
+        if let Some(accepted) = &self.accepted {
+            let mut part = 1.0;
+            for point in &mut points[1..] {
+                part *= 0.5;
+                *point = std::array::from_fn(|i| accepted.at[i] + part * accepted.step[i]);
+            }
+        }
+        points
     }
+
+    /// Takes the innovations' costs of [`Newton::along`], lane by lane, and goes on to the first point that is no worse
+    /// than the best one. Returns whether there is none that is worth a pass; `passed_on`: as for [`Newton::take`].
+    pub(super) fn choose(&mut self, costs: &Lanes, prior: &Prior, passed_on: bool) -> bool {
+        let Some(accepted) = self.accepted else {
+            return true;
+        };
+        let least = if passed_on {
+            PASSED_ON_PART
+        } else {
+            LEAST_PART
+        };
+        let (mean, information) = (prior.mean(), prior.information());
+        let mut part = 1.0;
+        for (point, innovations) in self.along().into_iter().zip(costs.0) {
+            // along the step the cost falls as a parabola does
+            let promises = (2.0 - part) * part * accepted.promise > CONVERGED_FALL;
+            if part < 1.0 && (part < least || !promises) {
+                return true;
+            }
+            let cost = innovations + weighed(&pull(&point, &mean, &information), &point, &mean);
+            if cost.is_finite() && cost <= accepted.cost {
+                self.at = point;
+                return false;
+            }
+            part *= 0.5;
+        }
+        true
+    }
+}
+
+/// How far a point is from the mean, but for the gap, which has no prior.
+fn off(at: &Vector, mean: &Vector) -> Vector {
+    std::array::from_fn(|i| if i == GAP { 0.0 } else { at[i] - mean[i] })
+}
+
+/// What the prior pulls a point with.
+fn pull(at: &Vector, mean: &Vector, information: &[Vector; N]) -> Vector {
+    let off = off(at, mean);
+    information.map(|row| row.iter().zip(off).map(|(a, x)| a * x).sum())
+}
+
+/// The cost of that.
+fn weighed(pull: &Vector, at: &Vector, mean: &Vector) -> f64 {
+    let off = off(at, mean);
+    pull.iter().zip(off).map(|(a, x)| a * x).sum()
 }
 
 /// Step of the unknowns, how much the cost over the scale falls with it, and variance of the half gap.

@@ -5,7 +5,7 @@
 //!    it met the far flank. The window is cut a little after that: the ringing that follows tells of
 //!    the load but not of the gap.
 //! 2. Candidates: half gaps that would end there. The neighbourhood of the best is scanned (fine).
-//! 3. Gauss-Newton (`newton`) over gap, load, stiffness and motor friction; all but the gap have a
+//! 3. Gauss-Newton (`newton`), a pass at a point and one along the step from it, over gap, load, stiffness and motor friction; all but the gap have a
 //!    prior (`prior`).
 //! 4. Where no hypothesis is good, a grid of half gaps, and once more from its best.
 //! 5. Once more with less supposed noise where that sharpens the innovations; then the result is
@@ -15,7 +15,7 @@
 //! longer than another.
 
 use super::lanes::{Hypotheses, Known, LANES, Lanes, Progress, Stays, WARM_UP};
-use super::newton::{Accepted, Newton, Sums};
+use super::newton::{Accepted, Newton, PARTS, Sums};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
 use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, ONSET_LANES, Onset, Said};
 use super::window::Window;
@@ -76,6 +76,7 @@ enum Phase {
     Grid(u32),
     Fine,
     Newton,
+    Along,
     Check,
 }
 
@@ -159,13 +160,21 @@ impl Reading {
     fn begin(&mut self, window: &Window) {
         let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
         // lane 0 is the point; each further lane changes one unknown, for the derivatives
-        if self.phase == Phase::Newton {
-            let step = self.differences();
-            for (unknown, step) in step.into_iter().enumerate() {
-                lanes_of(&mut lanes, unknown)[unknown + 1] += step;
+        match self.phase {
+            Phase::Newton => {
+                let step = self.differences();
+                for (unknown, step) in step.into_iter().enumerate() {
+                    lanes_of(&mut lanes, unknown)[unknown + 1] += step;
+                }
             }
-        } else {
-            lanes.half_gap = Lanes(std::array::from_fn(|lane| self.half_gap_of(lane)));
+            Phase::Along => {
+                for (lane, point) in self.newton.along().into_iter().enumerate() {
+                    for (unknown, value) in point.into_iter().enumerate() {
+                        lanes_of(&mut lanes, unknown)[lane] = value;
+                    }
+                }
+            }
+            _ => lanes.half_gap = Lanes(std::array::from_fn(|lane| self.half_gap_of(lane))),
         }
         self.hypotheses = lanes;
         self.progress = Progress::start(window, &self.hypotheses);
@@ -203,7 +212,7 @@ impl Reading {
             Phase::Check => AGAINST
                 .get(lane)
                 .map_or(ENDLESS_HALF_GAP_RAD, |part| part * self.newton.at[GAP]),
-            Phase::Fine | Phase::Newton => {
+            Phase::Fine | Phase::Newton | Phase::Along => {
                 let close = if self.searched {
                     FINE_SHARE_AFTER_GRID
                 } else {
@@ -236,6 +245,7 @@ impl Reading {
         // a vector that nobody asks is left out
         match self.phase {
             Phase::Onset(_) => self.samples_of(simd, window, known, ONSET_LANES),
+            Phase::Along => self.samples_of(simd, window, known, PARTS),
             _ => self.samples_of(simd, window, known, LANES),
         }
     }
@@ -306,15 +316,22 @@ impl Reading {
                 self.keep_best(Phase::Newton);
                 self.newton.at[GAP] = self.best.0;
             }
-            Phase::Newton => {
-                if self.newton.take(
-                    &self.sums,
-                    Self::count(window),
-                    &self.prior,
-                    &self.differences(),
-                    !noisy && self.level + 1 < SUPPOSED_NOISE_RAD.len(),
-                ) && self.settle(noisy)
-                {
+            Phase::Newton | Phase::Along => {
+                let passed_on = !noisy && self.level + 1 < SUPPOSED_NOISE_RAD.len();
+                let (ends, next) = if self.phase == Phase::Newton {
+                    let (count, step) = (Self::count(window), self.differences());
+                    let ends = self
+                        .newton
+                        .take(&self.sums, count, &self.prior, &step, passed_on);
+                    (ends, Phase::Along)
+                } else {
+                    let costs = &self.sums.cost;
+                    let ends = self.newton.choose(costs, &self.prior, passed_on);
+                    (ends, Phase::Newton)
+                };
+                if !ends {
+                    self.phase = next;
+                } else if self.settle(noisy) {
                     let Some(found) = self.found else {
                         return Some(Said::NOTHING);
                     };
@@ -381,7 +398,7 @@ impl Reading {
         }
         self.noisier = found;
         self.newton = Newton::new(found.map_or(self.newton.at, |found| found.at));
-        self.level += 1;
+        (self.level, self.phase) = (self.level + 1, Phase::Newton);
         false
     }
 }
