@@ -28,9 +28,9 @@
 //! gap      b = argmin sum (theta_M measured - theta_M(b, load, k, F_M))^2/S + prior, rad
 //! ```
 //!
-//! Until it is confident it does nothing: one reading of a clear contact is enough, if its load has the
-//! friction that motion shows; of several that contradict each other the smallest is used; otherwise two
-//! have to agree. At rest while others move a single one is enough. Larger ones that come with a correction speak against it. Until readings agree on a load
+//! Until it is confident it does nothing: one reading of a clear contact is enough, or one that says again what
+//! another one did while the inertia was in doubt; of several that contradict each other the smallest is used;
+//! otherwise two have to agree. At rest while others move a single one is enough. Larger ones that come with a correction speak against it. Until readings agree on a load
 //! that has moved both ways, at rest the gap of one that sticks is crossed where the motor's own torque
 //! shows that it is about to set out: a load that is learned roughly predicts that less well. Servo, references and
 //! cutting forces before the crossing do not enter a reading; only the motor's own equation and its
