@@ -72,7 +72,7 @@ const PRIOR_MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
 const PRIOR_DEVIATION: LoadVector = [3.0, 0.1, 0.3, 0.05];
 /// Viscous friction of usual axes, in the unit of the prior: mean and standard deviation. An axis that has moved at one
 /// feed alone shows the sum of its frictions, and whether the one that holds a load at rest is part of it, this has to
-/// say. Tuned on drawn cells, whose axes have 0 to 0.1; one with 0.13 and no other friction counts as
+/// say. Tuned on drawn cells, whose axes have 0 to 0.1; one with 0.12 and no other friction counts as
 /// without any yet, whatever its feed.
 const USUAL_VISCOUS: [f64; 2] = [0.03, 0.05];
 /// Standard deviation of the drift from block to block (of the inertia, as a part of it). Friction
