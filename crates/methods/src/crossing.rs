@@ -32,11 +32,13 @@
 //! ```text
 //! offset   b + (T_f + T_const - T)/k       on the upper flank; mirrored on the lower one, and only where T presses the flank
 //! ```
+//! One that is not met is fetched back from the other flank, see `rest`.
 //!
 //! The law is this project's; the flank by torque sign is after Gan, Wang, Huang, Machines 2023,
 //! 11(2), 193. Where it fails is said in `lookup`.
 
 mod flank;
+mod rest;
 
 use crate::AxisConfig;
 use crate::passage::Passage;
@@ -45,6 +47,7 @@ use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
 use lostmotion_drive::{Correction, Signals};
+use rest::Rested;
 use serde::{Deserialize, Serialize};
 
 /// Shortest and longest traverse, ms: a current loop cannot follow a shorter one. The shortest is
@@ -73,11 +76,6 @@ const REST_MS: f64 = 300.0;
 /// Shortest time in which it is pushed, ms. A choice: a load swings on its shaft at 10 to 150 Hz, and
 /// one that is pushed within a period slides on (604417-8: by a third of the way).
 const REST_TAKE_UP_MS: f64 = 100.0;
-/// Part of the half gap by which a load may have been pushed too little at rest. A choice.
-const LACKING_SHARE: f64 = 0.05;
-/// Part of its friction that a load at rest takes where it is certainly on its flank. A choice: half way
-/// between one that was pushed, which takes all of it, and one that was not met, which takes none.
-const HELD_SHARE: f64 = 0.5;
 /// Speed of the load from which on it certainly slides, rad/s at the motor. A choice: 160 um/s on a
 /// screw of 20 mm, as in the filters.
 const SLIDING_RAD_S: f64 = 0.05;
@@ -413,63 +411,6 @@ impl Crossing {
         )
     }
 
-    /// Applies a half gap, rad, at rest: the motor goes to the place that is right for a load on this flank.
-    /// Where it lies elsewhere in its gap it is met on the way and taken along to where the twin's lies, or
-    /// not at all, so that it is never farther off than before.
-    fn take_up_at_rest(
-        &self,
-        state: &mut CrossingState,
-        now: &Shown,
-        load: &LoadModel,
-        half_gap: f64,
-    ) {
-        // before the first flank nothing is known of where the load is
-        if state.side == 0 {
-            return;
-        }
-        let side = f64::from(state.side);
-        let taken = side * state.traverse.now();
-        let before = state.rested.unwrap_or(Rested {
-            half_gap: taken,
-            pushed: false,
-        });
-        let pushed = before.pushed || half_gap > before.half_gap;
-        // what takes a good part of its friction beyond the motor's own is on its flank for certain
-        let holds = side * state.holding[1] - self.twin.motor_coulomb();
-        state.engaged |= pushed && holds > HELD_SHARE * load.coulomb;
-        let pressed = side * now.torque;
-        let wound = if pushed && pressed > 0.0 {
-            let constant = self.weighed(load, now.load_position).constant;
-            let more = load.coulomb + side * constant - pressed;
-            (more / load.stiffness).max(0.0).min(half_gap)
-        } else {
-            0.0
-        };
-        let changed = (half_gap - before.half_gap).abs() > NEGLIGIBLE_CHANGE_RAD;
-        // the motor of the twin creeps to its place, too, and its shaft lets go meanwhile
-        let lacks = pushed && half_gap + wound - taken > LACKING_SHARE * half_gap;
-        if changed || lacks {
-            let way = half_gap + wound - taken;
-            let ticks = self.gentle_ticks(way, load, self.take_up_ticks[1]);
-            let ticks = ticks.max(self.rest_take_up_ticks);
-            let to = side * (half_gap + wound);
-            state.traverse.start(to, ticks, &self.current);
-            state.taking_up = true;
-            state.rested = Some(Rested { half_gap, pushed });
-        }
-    }
-
-    /// Servo ticks of a way, rad, on which a load that rests stays in contact once it is met.
-    fn gentle_ticks(&self, way: f64, load: &LoadModel, most: u32) -> u32 {
-        let acceleration = TAKE_UP_TORQUE_SHARE * load.coulomb / load.inertia;
-        ticks_for(
-            way,
-            acceleration,
-            self.period,
-            [self.take_up_ticks[0], most],
-        )
-    }
-
     /// Means of the torque that holds the axis at rest, and the lagged reference.
     #[inline(always)]
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
@@ -597,13 +538,6 @@ pub(crate) struct CrossingState {
     /// Whether what the shaft swings with decides which flank carries the load, against what the motion needs;
     /// `None` where that was not asked.
     pub(super) swings: Option<bool>,
-}
-
-/// A half gap that was applied at rest, rad, and whether the load was pushed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Rested {
-    half_gap: f64,
-    pushed: bool,
 }
 
 impl CrossingState {
