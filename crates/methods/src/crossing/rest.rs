@@ -36,7 +36,7 @@ enum Fetched {
 impl Crossing {
     /// Applies a half gap, rad, at rest: the motor goes to the place that is right for a load on this flank.
     /// Where it lies elsewhere in its gap it is met on the way and taken along to where the twin's lies, or
-    /// not at all, so that it is never farther off than before.
+    /// not at all: then it lies beyond, and is fetched back.
     pub(super) fn take_up_at_rest(
         &self,
         state: &mut CrossingState,
