@@ -83,7 +83,7 @@ pub(super) struct Accepted {
     pub(super) variance: f64,
     /// Covariance of the load's unknowns in the order of [`OF_LOAD`].
     pub(super) load: [[f64; 4]; 4],
-    cost: f64,
+    pub(super) cost: f64,
     step: Vector,
     /// How much the cost over the scale falls with the whole step, as the derivatives have it.
     promise: f64,

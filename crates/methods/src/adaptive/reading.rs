@@ -8,15 +8,19 @@
 //! 3. Gauss-Newton (`newton`), a pass at a point and one along the step from it, over gap, load, stiffness and motor friction; all but the gap have a
 //!    prior (`prior`).
 //! 4. Where no hypothesis is good, a grid of half gaps, and once more from its best.
-//! 5. Once more with less supposed noise where that sharpens the innovations; then the result is
-//!    compared with alternatives (`said`).
+//! 5. Once more with less supposed noise where that sharpens the innovations.
+//! 6. While the gap is not known: once more from what was known of the load before, but with the inertia that was
+//!    found, with candidates of its own. A load that slides on while the motor stops lies where its friction lets it,
+//!    and gap and friction explain the motion together in more than one way, to which an inertia that is not known
+//!    yet leads. The one that is less surprising counts.
+//! 7. The result is compared with alternatives (`said`).
 //!
 //! The work is spread over servo ticks, a fixed number of samples in each, so that no tick takes
 //! longer than another.
 
 use super::lanes::{Hypotheses, Known, LANES, Lanes, Progress, Stays, WARM_UP};
 use super::newton::{Accepted, Newton, PARTS, Sums};
-use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
+use super::prior::{GAP, INERTIA, Prior, Vector, lanes_of, uniform};
 use super::said::{AGAINST, ENDLESS_HALF_GAP_RAD, ONSET_LANES, Onset, Said};
 use super::window::Window;
 use lostmotion_base::math;
@@ -100,8 +104,10 @@ pub(super) struct Reading {
     level: usize,
     /// Result with more noise.
     noisier: Option<Accepted>,
-    /// The final result.
+    /// The final result; while another one is searched for beside it, the first.
     found: Option<Accepted>,
+    /// Whether another one is searched for.
+    again: bool,
     /// Best half gap so far and its cost; mean square of the innovations without a gap.
     best: (f64, f64),
     without: f64,
@@ -148,6 +154,7 @@ impl Reading {
             level: 0,
             noisier: None,
             found: None,
+            again: false,
             best: (0.0, f64::INFINITY),
             without: 0.0,
             newton: Newton::new(at),
@@ -294,6 +301,8 @@ impl Reading {
     /// so that a second search with less noise would change nothing.
     fn pass_done(&mut self, window: &mut Window, noisy: bool) -> Option<Said> {
         match self.phase {
+            // the window is cut already
+            Phase::Onset(_) if self.again => self.phase = Phase::Candidates,
             Phase::Onset(attempt) => {
                 // no contact in this attempt: less noise or a lower threshold
                 let Some(end) = self.onset.end else {
@@ -331,11 +340,16 @@ impl Reading {
                 };
                 if !ends {
                     self.phase = next;
-                } else if self.settle(noisy) {
+                } else if self.again || self.settle(noisy) {
                     let Some(found) = self.found else {
                         return Some(Said::NOTHING);
                     };
-                    (self.newton.at, self.phase) = (found.at, Phase::Check);
+                    if !self.again && self.prior.half_gap == 0.0 {
+                        self.search_again(&found);
+                    } else {
+                        let found = self.least_surprising(found);
+                        (self.newton.at, self.phase) = (found.at, Phase::Check);
+                    }
                 }
             }
             Phase::Check => {
@@ -366,6 +380,26 @@ impl Reading {
             }
         }
         self.phase = next;
+    }
+
+    /// Starts a search for another explanation than this one, with its inertia.
+    fn search_again(&mut self, found: &Accepted) {
+        let mut start = self.prior.mean();
+        start[INERTIA] = found.at[INERTIA];
+        (self.newton, self.again) = (Newton::new(start), true);
+        (self.onset, self.best) = (Onset::default(), (0.0, f64::INFINITY));
+        self.phase = Phase::Onset(self.level);
+    }
+
+    /// This result, or the other one where that is less surprising; it is the final one.
+    fn least_surprising(&mut self, found: Accepted) -> Accepted {
+        let other = self
+            .newton
+            .accepted
+            .filter(|other| self.again && other.cost < found.cost);
+        let least = other.unwrap_or(found);
+        self.found = Some(least);
+        least
     }
 
     /// After Gauss-Newton: whether the result is final; otherwise sets the next phase.
