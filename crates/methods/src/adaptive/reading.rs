@@ -388,6 +388,7 @@ impl Reading {
         start[INERTIA] = found.at[INERTIA];
         (self.newton, self.again) = (Newton::new(start), true);
         (self.onset, self.best) = (Onset::default(), (0.0, f64::INFINITY));
+        // the first attempts have the supposed noises in turn; the same noise keeps the costs comparable
         self.phase = Phase::Onset(self.level);
     }
 
